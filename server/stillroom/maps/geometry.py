@@ -1,0 +1,68 @@
+"""Points and rigid motions in the plane. Points are float64 arrays of shape (n, 2), metres, x right and y up (REP-103)."""
+
+from dataclasses import dataclass
+from math import atan2, cos, sin
+
+import numpy as np
+import numpy.typing as npt
+
+Points = npt.NDArray[np.float64]
+"""Shape (n, 2)."""
+Point = tuple[float, float]
+Line = tuple[Point, Point]
+"""A straight segment, end to end."""
+
+
+def as_points(coordinates: object) -> Points:
+    """Any sequence of n pairs as an array of shape (n, 2); an empty one as (0, 2)."""
+    return np.asarray(coordinates, dtype=np.float64).reshape(-1, 2)
+
+
+def as_line(points: Points) -> Line:
+    """Two points, shape (2, 2), as a hashable line."""
+    (x0, y0), (x1, y1) = points.tolist()
+    return (x0, y0), (x1, y1)
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A rigid motion p -> R(yaw) p + (x, y); metres and radians, counter-clockwise."""
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+    @property
+    def rotation(self) -> npt.NDArray[np.float64]:
+        """R(yaw), shape (2, 2)."""
+        c, s = cos(self.yaw), sin(self.yaw)
+        return np.array([[c, -s], [s, c]])
+
+    def apply(self, points: Points) -> Points:
+        return points @ self.rotation.T + (self.x, self.y)
+
+    def inverse(self) -> "Pose":
+        c, s = cos(self.yaw), sin(self.yaw)
+        return Pose(-c * self.x - s * self.y, s * self.x - c * self.y, -self.yaw)
+
+    def after(self, first: "Pose") -> "Pose":
+        """The motion that does `first` and then this one."""
+        c, s = cos(self.yaw), sin(self.yaw)
+        yaw = self.yaw + first.yaw
+        return Pose(
+            self.x + c * first.x - s * first.y, self.y + s * first.x + c * first.y, atan2(sin(yaw), cos(yaw))
+        )
+
+
+def fit_pose(source: Points, target: Points, weights: npt.NDArray[np.float64] | None = None) -> Pose:
+    """The rigid motion that takes `source` (n, 2) nearest to `target` (n, 2) in weighted least squares (Umeyama 1991, no scale).
+
+    A single point gives a translation.
+    """
+    w = np.ones(len(source)) if weights is None else weights
+    w = w / w.sum()
+    a, b = w @ source, w @ target
+    s, t = source - a, target - b
+    yaw = atan2(float((w * (s[:, 0] * t[:, 1] - s[:, 1] * t[:, 0])).sum()), float((w * (s * t).sum(1)).sum()))
+    x, y = b - Pose(yaw=yaw).rotation @ a
+    return Pose(float(x), float(y), yaw)

@@ -1,0 +1,70 @@
+"""One abstraction for every kind of tracking: a map of points from one version's frame to a mission's frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stillroom.maps.geometry import Points, Pose, as_points
+
+EXACT_M = 1e-6
+"""Two coordinates nearer than this are the same vertex."""
+BLEND_M = 0.25
+"""Below this distance from a control point all points move with it alike (metres)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Piecewise rigid: control points that were tracked move exactly, everything else with the rigid motion of what is near it.
+
+    `source`, `target`: (n, 2), metres. Points between are moved by the weighted rigid fit of all control points
+    (moving least squares, Schaefer, McPhail, Warren 2006). Without control points, the identity.
+    """
+
+    source: Points
+    target: Points
+
+    @staticmethod
+    def rigid(pose: Pose, about: Points | None = None) -> "Motion":
+        """One rigid motion for everything."""
+        source = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+        if about is not None and len(about):
+            source = source + about.mean(0)
+        return Motion(source, pose.apply(source))
+
+    def apply(self, points: Points) -> Points:
+        """Points (n, 2) of the source frame in the target frame."""
+        points = as_points(points)
+        if not len(points) or not len(self.source):
+            return points.copy()
+        gap = points[:, None] - self.source[None]
+        squared = np.einsum("ijk,ijk->ij", gap, gap)
+        moved = _moving_least_squares(points, self.source, self.target, 1.0 / (squared + BLEND_M**2) ** 2)
+        nearest = squared.argmin(1)
+        exact = squared[np.arange(len(points)), nearest] < EXACT_M**2
+        moved[exact] = self.target[nearest[exact]]
+        return moved
+
+    def inverse(self) -> "Motion":
+        return Motion(self.target, self.source)
+
+    def after(self, first: "Motion") -> "Motion":
+        """Does `first`, then this: its control points are those of `first`, carried on."""
+        if not len(first.source):
+            return self
+        return Motion(first.source, self.apply(first.target))
+
+
+def _moving_least_squares(points: Points, source: Points, target: Points, weights: npt.NDArray[np.float64]) -> Points:
+    """Rigid moving least squares; complex numbers stand for plane vectors."""
+    p, q, v = (a[:, 0] + 1j * a[:, 1] for a in (source, target, points))
+    w = weights / weights.sum(1, keepdims=True)
+    p_mean, q_mean = w @ p, w @ q
+    turn = (w * np.conj(p[None] - p_mean[:, None]) * (q[None] - q_mean[:, None])).sum(1)
+    size = np.abs(turn)
+    turn = np.where(size > 1e-12, turn / np.where(size > 1e-12, size, 1.0), 1.0)
+    moved = (v - p_mean) * turn + q_mean
+    return np.stack([moved.real, moved.imag], 1)
+
+
+IDENTITY = Motion(np.zeros((0, 2)), np.zeros((0, 2)))
