@@ -1,4 +1,4 @@
-"""Every threshold of the pipeline, in the paper's words. Metres, so that any resolution works without retuning."""
+"""Every threshold of the pipeline, in the paper's words. In metres, so that any resolution works without retuning."""
 
 from dataclasses import dataclass
 
@@ -7,15 +7,66 @@ from dataclasses import dataclass
 class Params:
     # -- constraints (paper, Tables I and II) --
     wall_reach_m: float = 0.20
-    """A wall lies within this distance of an occupied pixel; 95 % of outline length does on real maps at 0.20 m."""
+    """A wall lies within this distance of an occupied pixel; 95 % of outline length does on real maps."""
     divider_reach_m: float = 0.50
     """A divider's end is moved at most this far to the wall or divider that it ends on."""
     room_overlap: float = 0.5
     """A room is transferred where precision and recall are both higher than this (paper, section V)."""
 
+    # -- walls --
+    outline_tolerance_m: float = 0.10
+    """The outline of the floor is a polygon within this distance of the cells' edges (Douglas-Peucker)."""
+    floor_speck_m2: float = 0.5
+    """Free regions smaller than this are no floor."""
+    clutter_length_m: float = 1.0
+    """An obstacle that stands free and is no longer than this is clutter, whatever its shape."""
+    clutter_area_m2: float = 2.5
+    """A larger one is clutter up to this area, if it is also thick and full: thin long pieces are wall."""
+    clutter_thickness_m: float = 0.45
+    clutter_fill: float = 0.6
+    clutter_shown_m2: float = 0.01
+    """Clutter smaller than this is floor, but not worth a feature."""
+
+    # -- automatic dividers (creation, discovery) --
+    divider_length_m: tuple[float, float] = (0.25, 2.8)
+    corner_turn_deg: float = 25.0
+    """A wall corner that sticks into the floor turns at least this much."""
+    divider_clearance: float = 0.25
+    """Clearance at a divider's middle, as a share of its length: less, and it hugs a wall."""
+    divider_directions: int = 4
+    """At most this many dividers are tried from one corner, and they differ by more than 32 degrees."""
+    wall_support_m: float = 1.2
+    """Counted length of the wall that goes on straight beyond a divider's end."""
+    wall_support_slack_m: float = 0.16
+    divider_sensitivity: float = 0.5
+    """Higher: more dividers, more rooms."""
+    room_area_m2: float = 1.8
+    """Smaller spaces belong to a neighbour."""
+    pocket_area_m2: float = 0.7
+    """Spaces that no divider reaches and that are smaller than this are no rooms."""
+
     # -- transfer (Algorithm 1) --
     wall_classification_m: float = 0.25
-    """Obstacles this near to a tracked room boundary are wall (step 2); three times the residual error of tracking."""
+    """Obstacles this near to a tracked room boundary are wall (step 2): three times the error that alignment leaves."""
+    wall_spur_m: float = 0.30
+    """A piece of wall that stands off the tracked wall by more than `wall_offset_m` and is shorter than this is clutter."""
+    wall_offset_m: float = 0.10
+    door_thickness_m: float = 0.15
+    door_cover: float = 0.5
+    """A divider is shut where obstacles cover more than this share of its length."""
+    transfer_reach_m: float = 1.0
+    """A tracked divider's end is looked for this far along the divider's own line."""
+    face_area_m2: float = 0.25
+    """Pieces of floor smaller than this join the neighbour with the longest common edge."""
+
+    # -- registration --
+    alignment_reach_m: float = 0.35
+    """How far from its tracked place a wall is looked for."""
+    search_reach_m: float = 1.0
+    """The same where the robot tracked nothing."""
+    alignment_inlier_m: float = 0.10
+    alignment_share: float = 0.6
+    """An untracked frame counts as found where this share of the walls lies within `alignment_inlier_m`."""
 
 
 PARAMS = Params()

@@ -1,0 +1,95 @@
+"""Rooms from walls and dividers: the floor's outline cut along dividers, so that neighbours share the very edge that divides them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import LineString, MultiPolygon, Polygon
+
+from stillroom.maps.geometry import Line, Points, as_points
+from stillroom.pipeline.walls import GRID_M, polygons_in
+
+OVERSHOOT_M = 0.01
+"""Dividers are drawn this much past their ends, so that rounding never leaves a leak."""
+BESIDE_M = 0.03
+"""Where to look for the room beside a divider."""
+STATIONS = np.linspace(0.08, 0.92, 8)
+
+
+def partition(floor: MultiPolygon, lines: Sequence[Line], smallest_m2: float = 0.0) -> tuple[Polygon, ...]:
+    """The pieces of `floor` between `lines`, largest first: valid, disjoint, with common vertices where they meet.
+
+    Pieces below `smallest_m2` join the neighbour with the longest common edge; without one they stay.
+    """
+    if floor.is_empty:
+        return ()
+    edges = [shapely.boundary(floor), *(LineString(_extended(as_points(line), OVERSHOOT_M)) for line in lines)]
+    noded = shapely.union_all(edges, grid_size=GRID_M)
+    faces = polygons_in(shapely.polygonize(shapely.get_parts([noded])))
+    inside = shapely.contains(floor, shapely.point_on_surface(faces)) if faces else []
+    pieces = [face for face, keep in zip(faces, inside, strict=True) if keep]
+    pieces = _join_small(pieces, smallest_m2)
+    return tuple(sorted((shapely.orient_polygons(p) for p in pieces), key=lambda p: (-p.area, p.bounds)))
+
+
+def _extended(ends: Points, by: float) -> Points:
+    """A segment (2, 2) made longer by `by` metres at both ends."""
+    along = ends[1] - ends[0]
+    along = along / max(float(np.hypot(*along)), 1e-9) * by
+    return np.stack([ends[0] - along, ends[1] + along])
+
+
+def _join_small(pieces: list[Polygon], smallest_m2: float) -> list[Polygon]:
+    """Joins each piece that is too small to the neighbour with the longest common edge."""
+    pieces = sorted(pieces, key=lambda p: p.area)
+    kept: list[Polygon] = []
+    while pieces:
+        piece = pieces.pop(0)
+        if piece.area >= smallest_m2:
+            kept.append(piece)
+            continue
+        common = shapely.length(shapely.intersection(piece, pieces)) if pieces else np.zeros(0)
+        if not len(common) or common.max() < GRID_M:
+            kept.append(piece)
+            continue
+        other = int(common.argmax())
+        joined = polygons_in(shapely.union(piece, pieces[other], grid_size=GRID_M))
+        pieces[other] = max(joined, key=lambda p: p.area)
+        pieces.sort(key=lambda p: p.area)
+    return kept
+
+
+def rooms_beside(lines: Sequence[Line], polygons: Sequence[Polygon]) -> tuple[tuple[int, ...], ...]:
+    """For each line the indices of the polygons that it separates, the most touched first; one index where both sides are the same room."""
+    if not lines or not polygons:
+        return tuple(() for _ in lines)
+    tree = shapely.STRtree(list(polygons))
+    return tuple(_beside(as_points(line), tree, len(polygons)) for line in lines)
+
+
+def _beside(ends: Points, tree: shapely.STRtree, count: int) -> tuple[int, ...]:
+    along = ends[1] - ends[0]
+    normal = np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), 1e-9) * BESIDE_M
+    middle = ends[0] + STATIONS[:, None] * along
+    sides = [_hits(tree, middle + sign * normal, count) for sign in (1, -1)]
+    touched = sides[0] + sides[1]
+    across = {int(side.argmax()) for side in sides if side.any()}
+    real = [i for i in np.argsort(-touched, kind="stable").tolist() if i in across or touched[i] >= 2]
+    return tuple(real)
+
+
+def _hits(tree: shapely.STRtree, points: Points, count: int) -> npt.NDArray[np.int64]:
+    """How many of the points lie in each polygon, shape (count,)."""
+    _, found = tree.query(shapely.points(points), predicate="within")
+    return np.bincount(found, minlength=count)
+
+
+def overlaps(first: Sequence[Polygon], second: Sequence[Polygon]) -> npt.NDArray[np.float64]:
+    """Common area of each pair in square metres, shape (len(first), len(second))."""
+    common = np.zeros((len(first), len(second)))
+    if not len(first) or not len(second):
+        return common
+    i, j = shapely.STRtree(list(second)).query(list(first), predicate="intersects")
+    common[i, j] = shapely.area(shapely.intersection(np.array(first, dtype=object)[i], np.array(second, dtype=object)[j]))
+    return common

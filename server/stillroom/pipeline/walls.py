@@ -1,0 +1,270 @@
+"""Walls and clutter: the floor that walls enclose, its outline, and which obstacles are furniture.
+
+The outline is traced on the cells, straightened edge by edge, and lies on the walls' faces, not on cell centres.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import MultiPolygon, Polygon
+
+from stillroom.maps.geometry import Points, as_points
+from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid
+from stillroom.maps.semantics import Clutter, Wall, WallKind
+from stillroom.pipeline.params import Params
+
+GRID_M = 0.001
+"""Coordinates are kept to the millimetre, so that equal corners are equal numbers."""
+SHORTEST_FIT = 6
+"""An edge of fewer cells than this is too short to fit a line to."""
+OPEN_RUN_M = 0.30
+"""Shorter stretches of outline without an obstacle still are wall."""
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacles:
+    """What stops a robot, told apart: `wall` and `clutter` are masks of occupied cells, `floor` is where rooms are (clutter included)."""
+
+    wall: Mask
+    clutter: Mask
+    floor: Mask
+
+
+def separate_clutter(grid: OccupancyGrid, params: Params) -> Obstacles:
+    """Walls and clutter of a map without history, told apart by shape and never by area alone.
+
+    An enclosed obstacle is clutter if it is short, or compact and not too large; unexplored pockets under it belong to the floor.
+    """
+    cell = grid.frame.resolution
+    free = _drop_specks(grid.free, params.floor_speck_m2 / cell**2)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats((~free).view(np.uint8), connectivity=8)
+    left, top, width, height, area = stats.T
+    enclosed = (left > 0) & (top > 0) & (left + width < grid.frame.width) & (top + height < grid.frame.height)
+    movable = enclosed & (np.maximum(width, height) * cell <= params.clutter_length_m)
+    for i in np.flatnonzero(enclosed & ~movable & (area * cell**2 <= params.clutter_area_m2)):
+        part = labels[top[i] : top[i] + height[i], left[i] : left[i] + width[i]] == i
+        _, sides, _ = cv2.minAreaRect(np.argwhere(part).astype(np.float32))
+        thick = (min(sides) + 1) * cell >= params.clutter_thickness_m
+        movable[i] = thick and area[i] >= params.clutter_fill * (sides[0] + 1) * (sides[1] + 1)
+    movable[0] = False
+    objects = movable[labels] if count > 1 else np.zeros_like(free)
+    return Obstacles(grid.occupied & ~objects, grid.occupied & objects, seal_diagonals(free | objects))
+
+
+def _drop_specks(mask: Mask, cells: float) -> Mask:
+    """`mask` without its 4-connected components of fewer than `cells` cells."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=4)
+    keep = stats[:, cv2.CC_STAT_AREA] >= cells
+    keep[0] = False
+    return np.asarray(keep[labels])
+
+
+def seal_diagonals(floor: Mask) -> Mask:
+    """`floor` without connections over a corner only: a diagonal wall of one cell must hold."""
+    sealed = floor.copy()
+    a, b, c, d = sealed[:-1, :-1], sealed[:-1, 1:], sealed[1:, :-1], sealed[1:, 1:]
+    a &= ~(a & d & ~b & ~c)
+    b &= ~(b & c & ~a & ~d)
+    return sealed
+
+
+# -- outline ---------------------------------------------------------------------------------------------------------------------------
+
+
+def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 0.0) -> MultiPolygon:
+    """The floor as polygons in the map frame (metres): few vertices, straight edges on the walls' faces, holes where there are pillars.
+
+    Exterior rings run counter-clockwise and holes clockwise: the floor is on the left. Parts below `smallest_m2` are left out.
+    """
+    cells = floor.view(np.uint8)
+    contours, hierarchy = cv2.findContours(cells, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    if not len(contours):
+        return MultiPolygon()
+    parents = hierarchy.reshape(-1, 4)[:, 3]
+    tolerance = max(params.outline_tolerance_m / frame.resolution, 1.1)
+    shells: dict[int, Polygon] = {}
+    holes: dict[int, list[Polygon]] = {}
+    for i, contour in enumerate(contours):
+        ring = _ring(contour.reshape(-1, 2), tolerance, hole=parents[i] >= 0)
+        if ring is None:
+            continue
+        if parents[i] < 0:
+            shells[i] = ring
+        else:
+            holes.setdefault(int(parents[i]), []).append(ring)
+    parts: list[Polygon] = []
+    for i, shell in shells.items():
+        if i in holes:
+            shell = shapely.difference(shell, shapely.union_all(holes[i]))
+        parts += [p for p in polygons_in(shell) if p.area * frame.resolution**2 >= max(smallest_m2, GRID_M)]
+    moved = shapely.transform(MultiPolygon(parts), lambda p: frame.to_map(as_points(p)))
+    snapped = shapely.set_precision(moved, GRID_M)
+    return shapely.orient_polygons(MultiPolygon(polygons_in(snapped)))
+
+
+def polygons_in(geometry: shapely.Geometry) -> list[Polygon]:
+    """The polygons in any geometry."""
+    return [g for g in shapely.get_parts(shapely.get_parts([geometry])) if isinstance(g, Polygon) and not g.is_empty]
+
+
+def _ring(contour: npt.NDArray[np.int32], tolerance: float, hole: bool) -> Polygon | None:
+    """One border of the floor as a valid polygon in continuous cell coordinates; None where nothing is left of it.
+
+    `contour`: (n, 2), indices of the floor's border cells in order, as findContours gives them.
+    """
+    corners = cv2.approxPolyDP(contour, tolerance, True).reshape(-1, 2)
+    if len(corners) >= 3:
+        fitted = _straighten(contour, corners, tolerance, hole)
+        if fitted is not None:
+            return fitted
+    rough = Polygon(corners + 0.5) if len(corners) >= 3 else shapely.MultiPoint(contour + 0.5).envelope
+    grown = shapely.buffer(shapely.make_valid(rough), -0.5 if hole else 0.5, join_style="mitre", cap_style="square")
+    largest = max(polygons_in(grown), key=lambda p: p.area, default=None)
+    return None if largest is None else Polygon(largest.exterior)
+
+
+def _straighten(contour: npt.NDArray[np.int32], corners: npt.NDArray[np.int32], tolerance: float, hole: bool) -> Polygon | None:
+    """Fits a line to the border cells of each edge, moves it out to the wall's face, and intersects neighbours; None where that fails."""
+    order, at = _in_order(contour, corners)
+    if len(at) < 3:
+        return None
+    points, starts = order + 0.5, order[at] + 0.5
+    ends = np.roll(starts, -1, axis=0)
+    signed = float(np.sum(starts[:, 0] * ends[:, 1] - ends[:, 0] * starts[:, 1]))
+    centres, directions = _fit_edges(points, at, (starts + ends) / 2, ends - starts)
+    normals = np.stack([directions[:, 1], -directions[:, 0]], 1) * (np.sign(signed) * (-1.0 if hole else 1.0))
+    centres = centres + normals * (0.5 * np.abs(normals).max(1, keepdims=True))
+    polygon = Polygon(_meet(centres, directions, normals, starts, tolerance))
+    if not polygon.is_valid or abs(polygon.area - abs(signed) / 2) > 0.5 * polygon.length + 0.1 * abs(signed):
+        return None
+    return polygon
+
+
+def _in_order(
+    contour: npt.NDArray[np.int32], corners: npt.NDArray[np.int32]
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int64]]:
+    """The contour turned so that it begins at the first corner, and where in it each corner stands."""
+    key = contour[:, 0].astype(np.int64) << 32 | contour[:, 1]
+    wanted = corners[:, 0].astype(np.int64) << 32 | corners[:, 1]
+    start = int(np.flatnonzero(key == wanted[0])[0])
+    key, order = np.roll(key, -start), np.roll(contour, -start, axis=0)
+    ranked = np.argsort(key, kind="stable")
+    first, last = (np.searchsorted(key[ranked], wanted, side) for side in ("left", "right"))
+    found = [0]
+    for i in range(1, len(wanted)):
+        later = [k for k in ranked[first[i] : last[i]].tolist() if k > found[-1]]
+        if later:
+            found.append(later[0])
+    return order, np.array(found)
+
+
+def _fit_edges(points: Points, at: npt.NDArray[np.int64], centres: Points, directions: Points) -> tuple[Points, Points]:
+    """Least-squares line of the border cells between consecutive corners; too short edges keep the line through their corners."""
+    length = np.diff(np.append(at, len(points)))
+    trim = np.maximum(1, length // 10)
+    begin, end = at + trim, at + length - trim + 1
+    x, y = points.T
+    moments = np.stack([x, y, x * x, x * y, y * y], 1)
+    total = np.concatenate([np.zeros((1, 5)), np.cumsum(np.concatenate([moments, moments[:1]]), axis=0)])
+    fit = length >= SHORTEST_FIT
+    mean = (total[end] - total[begin])[fit] / (end - begin)[fit, None]
+    xx, xy, yy = mean[:, 2] - mean[:, 0] ** 2, mean[:, 3] - mean[:, 0] * mean[:, 1], mean[:, 4] - mean[:, 1] ** 2
+    angle = 0.5 * np.arctan2(2 * xy, xx - yy)
+    axis = np.stack([np.cos(angle), np.sin(angle)], 1)
+    axis *= np.where((axis * directions[fit]).sum(1, keepdims=True) >= 0, 1.0, -1.0)
+    centres, directions = centres.copy(), directions.copy()
+    centres[fit], directions[fit] = mean[:, :2], axis
+    return centres, directions / np.maximum(np.linalg.norm(directions, axis=1, keepdims=True), 1e-9)
+
+
+def _meet(centres: Points, directions: Points, normals: Points, corners: Points, tolerance: float) -> Points:
+    """Corners of a ring of lines: line i - 1 with line i. Nearly parallel neighbours meet where the traced corner was, between both."""
+    before = np.roll(np.arange(len(centres)), 1)
+    u, v, gap = directions[before], directions, centres - centres[before]
+    sine = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    along = (gap[:, 0] * v[:, 1] - gap[:, 1] * v[:, 0]) / np.where(np.abs(sine) > 1e-6, sine, 1.0)
+    crossing = centres[before] + along[:, None] * u
+    a = corners - ((corners - centres[before]) * normals[before]).sum(1, keepdims=True) * normals[before]
+    b = corners - ((corners - centres) * normals).sum(1, keepdims=True) * normals
+    good = (np.abs(sine) > 0.35) & (np.linalg.norm(crossing - corners, axis=1) < 2.5 * tolerance)
+    return np.where(good[:, None], crossing, (a + b) / 2)
+
+
+# -- features --------------------------------------------------------------------------------------------------------------------------
+
+
+def wall_features(floor: MultiPolygon, occupied_distance: npt.NDArray[np.float32], frame: GridFrame, version: str, params: Params) -> tuple[Wall, ...]:
+    """The outline as polylines, floor on their left: `wall` within the wall distance of occupied cells, `open` elsewhere.
+
+    `occupied_distance`: (height, width), metres from each cell's centre to the nearest occupied cell's. `version` keeps ids apart from other versions'.
+    """
+    pieces: list[tuple[WallKind, Points]] = []
+    for polygon in floor.geoms:
+        for ring in (polygon.exterior, *polygon.interiors):
+            pieces += _ring_pieces(shapely.get_coordinates(ring), occupied_distance, frame, params)
+    return tuple(
+        Wall(f"w{version}-{i}", tuple(map(tuple, np.round(line, 4).tolist())), kind) for i, (kind, line) in enumerate(pieces, 1)
+    )
+
+
+def _ring_pieces(
+    ring: Points, occupied_distance: npt.NDArray[np.float32], frame: GridFrame, params: Params
+) -> list[tuple[WallKind, Points]]:
+    """A closed ring (n, 2) cut where it changes between wall and open."""
+    step = frame.resolution
+    lengths = np.linalg.norm(np.diff(ring, axis=0), axis=1)
+    stations = np.concatenate([[0.0], np.cumsum(lengths)])
+    at = np.arange(0.0, stations[-1], step)
+    samples = np.stack([np.interp(at, stations, ring[:, k]) for k in (0, 1)], 1)
+    near = look_up(occupied_distance, frame.to_cells(samples), np.float32(np.inf)) <= params.wall_reach_m + step
+    runs = _smooth_runs(near, max(1, round(OPEN_RUN_M / step)))
+    if runs.all() or not runs.any():
+        return [("wall" if runs[0] else "open", ring)]
+    cuts = np.flatnonzero(runs != np.roll(runs, 1))
+    pieces: list[tuple[WallKind, Points]] = []
+    for a, b in zip(cuts, np.roll(cuts, -1), strict=True):
+        begin, end = at[a], at[b] if b > a else at[b] + stations[-1]
+        all_stations = np.concatenate([stations[:-1], stations + stations[-1]])
+        inner = np.concatenate([ring[:-1], ring])[(all_stations > begin + GRID_M) & (all_stations < end - GRID_M)]
+        pieces.append(("wall" if runs[a] else "open", np.concatenate([samples[a : a + 1], inner, samples[b : b + 1]])))
+    return pieces
+
+
+def _smooth_runs(near: npt.NDArray[np.bool_], shortest: int) -> npt.NDArray[np.bool_]:
+    """A cyclic sequence with its open runs shorter than `shortest` closed."""
+    kernel = np.ones((1, 2 * (shortest // 2) + 1), np.uint8)
+    pad = min(len(near), shortest + 1)
+    cyclic = np.concatenate([near[-pad:], near, near[:pad]]).astype(np.uint8)[None]
+    closed = cv2.morphologyEx(cyclic, cv2.MORPH_CLOSE, kernel)
+    return np.asarray(closed[0, pad : pad + len(near)] > 0)
+
+
+def clutter_features(clutter: Mask, frame: GridFrame, version: str, params: Params) -> tuple[Clutter, ...]:
+    """Each object as a polygon in the map frame around its cells."""
+    contours, _ = cv2.findContours(clutter.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    found: list[Polygon] = []
+    for contour in contours:
+        points = cv2.approxPolyDP(contour, 1.0, True).reshape(-1, 2) + 0.5
+        shape = Polygon(points) if len(points) >= 3 else shapely.LineString(points) if len(points) == 2 else shapely.Point(points[0])
+        grown = shapely.buffer(shapely.make_valid(shape), 0.5, join_style="mitre", cap_style="square")
+        found += [Polygon(p.exterior) for p in polygons_in(grown) if p.area * frame.resolution**2 >= params.clutter_shown_m2]
+    placed = shapely.transform(np.array(found, dtype=object), lambda p: np.round(frame.to_map(as_points(p)), 4)) if found else []
+    return tuple(Clutter(f"k{version}-{i}", polygon) for i, polygon in enumerate(placed, 1))
+
+
+def distance_to(mask: Mask, resolution: float) -> npt.NDArray[np.float32]:
+    """Metres from each cell's centre to the centre of the nearest cell of `mask`; infinite where there is none."""
+    if not mask.any():
+        return np.full(mask.shape, np.inf, np.float32)
+    return cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * np.float32(resolution)
+
+
+def look_up(values: npt.NDArray[np.generic], coordinates: Points, outside: np.generic | bool | int) -> npt.NDArray[np.generic]:
+    """`values` at continuous cell coordinates of shape (..., 2); `outside` beyond the grid."""
+    height, width = values.shape
+    column, row = (np.floor(coordinates[..., k]).astype(np.int64) for k in (0, 1))
+    inside = (column >= 0) & (row >= 0) & (column < width) & (row < height)
+    return np.where(inside, values[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)], outside)
