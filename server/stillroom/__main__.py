@@ -1,0 +1,213 @@
+"""The command line."""
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from stillroom import __version__, logs
+from stillroom.settings import Settings
+
+Command = Callable[[argparse.Namespace], int]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    options = parser().parse_args(arguments)
+    logs.configure()
+    command: Command = options.command
+    try:
+        return command(options)
+    except KeyboardInterrupt:
+        return 130
+
+
+def parser() -> argparse.ArgumentParser:
+    top = argparse.ArgumentParser(
+        prog="stillroom",
+        description="Keeps a home's rooms still while the robot's map under them moves.",
+        epilog="Settings come from the environment: STILLROOM_DATA_DIR, STILLROOM_DATABASE_URL, STILLROOM_GRID_STORE_URL, "
+        "STILLROOM_ADMIN_TOKEN.",
+    )
+    top.add_argument("--version", action="version", version=f"stillroom {__version__}")
+    commands = top.add_subparsers(required=True, metavar="COMMAND")
+    _add_service(commands)
+    _add_people(commands)
+    _add_upload(commands)
+    return top
+
+
+def _add(commands: Any, name: str, command: Command, help_: str) -> argparse.ArgumentParser:
+    added: argparse.ArgumentParser = commands.add_parser(name, help=help_, description=help_)
+    added.set_defaults(command=command)
+    return added
+
+
+def _add_service(commands: Any) -> None:
+    serve = _add(commands, "serve", _serve, "Run the service: API, web app and workers.")
+    serve.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s)")
+    serve.add_argument("--port", type=int, default=8000, help="(default: %(default)s)")
+    serve.add_argument("--workers", type=_count, help="processes that process missions (default: one a core)")
+    _add(commands, "migrate", _migrate, "Bring the database to the newest schema.")
+    _add(commands, "openapi", _openapi, "Print the API's schema; needs no database.")
+
+
+def _add_people(commands: Any) -> None:
+    group = commands.add_parser("robots", help="Register robots.", description="Register robots.")
+    robots = group.add_subparsers(required=True, metavar="COMMAND")
+    add = _add(robots, "add", _add_robot, "Register a robot and print its token, this once.")
+    add.add_argument("id")
+    add.add_argument("--name", help="what people call it (default: its id)")
+    add.add_argument("--owner", metavar="EMAIL", help="whose it is (default: nobody's yet; operators look after it)")
+    link = _add(commands, "login-link", _login_link, "Print a link that signs a browser in, once, within 24 hours.")
+    link.add_argument("--owner", metavar="EMAIL", help="sign in as this owner (default: as an operator)")
+    link.add_argument("--url", default="http://127.0.0.1:8000", help="where the service is (default: %(default)s)")
+
+
+def _add_upload(commands: Any) -> None:
+    upload = _add(
+        commands,
+        "upload",
+        _upload,
+        "Upload maps as a robot's missions, in the given order: PNG or PGM images, or the YAML files of ROS map_server.",
+    )
+    upload.add_argument("files", nargs="+", type=Path, metavar="FILE")
+    upload.add_argument("--robot", required=True, metavar="ID")
+    upload.add_argument("--map", required=True, metavar="NAME", help="the robot's name of the floor")
+    upload.add_argument(
+        "--url",
+        default=os.environ.get("STILLROOM_URL", "http://127.0.0.1:8000"),
+        help="where the service is (default: STILLROOM_URL, else %(default)s)",
+    )
+    upload.add_argument(
+        "--token",
+        default=os.environ.get("STILLROOM_TOKEN"),
+        help="the robot's token (default: STILLROOM_TOKEN, which keeps it out of the list of processes)",
+    )
+    upload.add_argument(
+        "--sequence", type=_count, default=0, help="of the first file; counts up (default: %(default)s)"
+    )
+    upload.add_argument("--epoch", type=_count, help="counted up after the robot was reset")
+    upload.add_argument("--resolution", type=float, metavar="M", help="metres a cell")
+    upload.add_argument(
+        "--origin", type=float, nargs=3, metavar=("X", "Y", "YAW"), help="pose of the lower-left cell's outer corner"
+    )
+    upload.add_argument("--base-version", type=_count, metavar="N", help="the version that --transform starts from")
+    upload.add_argument(
+        "--transform", type=float, nargs=3, metavar=("X", "Y", "YAW"), help="motion of the map since --base-version"
+    )
+
+
+def _count(text: str) -> int:
+    number = int(text)
+    if number < 0:
+        raise argparse.ArgumentTypeError("must not be negative")
+    return number
+
+
+def _serve(options: argparse.Namespace) -> int:
+    from stillroom.serving import default_workers, serve
+
+    workers = default_workers() if options.workers is None else options.workers
+    serve(Settings.from_environment(), options.host, options.port, workers)
+    return 0
+
+
+def _migrate(_options: argparse.Namespace) -> int:
+    from stillroom.store.database import Database
+    from stillroom.store.migrate import migrate
+
+    migrate(Database(Settings.from_environment().database_url))
+    return 0
+
+
+def _openapi(_options: argparse.Namespace) -> int:
+    from stillroom.app import create_app
+
+    print(json.dumps(create_app(Settings.from_environment()).openapi(), indent=2, sort_keys=True))
+    return 0
+
+
+def _add_robot(options: argparse.Namespace) -> int:
+    from pydantic import ValidationError
+
+    from stillroom.documents.api import NewRobot
+    from stillroom.errors import StillroomError
+    from stillroom.service.accounts import add_robot
+    from stillroom.store.database import Database
+    from stillroom.store.migrate import migrate
+
+    try:
+        new = NewRobot(id=options.id, name=options.name, owner=options.owner)
+        database = Database(Settings.from_environment().database_url)
+        migrate(database)
+        made = add_robot(database, new)
+    except (StillroomError, ValidationError) as error:
+        print(f"stillroom: {error}", file=sys.stderr)
+        return 1
+    print(made.token)
+    return 0
+
+
+def _login_link(options: argparse.Namespace) -> int:
+    from stillroom.service.accounts import new_login_link
+    from stillroom.store.database import Database
+    from stillroom.store.migrate import migrate
+
+    database = Database(Settings.from_environment().database_url)
+    migrate(database)
+    print(f"{options.url.rstrip('/')}/login?token={new_login_link(database, options.owner)}")
+    return 0
+
+
+def _upload(options: argparse.Namespace) -> int:
+    """0: all taken; 1: one was refused or could not be sent, and those after it were not tried; 2: not all were taken."""
+    import httpx2
+
+    from stillroom.uploading import WAIT_S, Upload, UploadFailed, upload_file
+
+    if not options.token:
+        print("stillroom: give --token or STILLROOM_TOKEN", file=sys.stderr)
+        return 1
+    upload = Upload(options.url.rstrip("/"), options.token, options.robot, options.map, _meta(options))
+    all_taken = True
+    with httpx2.Client(timeout=WAIT_S + 30) as client:
+        for index, file in enumerate(options.files):
+            place = f"[{index + 1}/{len(options.files)}] {file.name}: "
+            try:
+                mission = upload_file(
+                    upload,
+                    file,
+                    options.sequence + index,
+                    client,
+                    lambda text, at=place: print(at + text, file=sys.stderr),
+                )
+            except UploadFailed as error:
+                print(f"stillroom: {error}", file=sys.stderr)
+                return 1
+            print(place + _told(mission), flush=True)
+            all_taken &= mission["outcome"] in ("created", "updated", "resolved")
+    return 0 if all_taken else 2
+
+
+def _meta(options: argparse.Namespace) -> dict[str, Any]:
+    given = {
+        "resolution": options.resolution,
+        "origin": options.origin,
+        "epoch": options.epoch,
+        "base_version": options.base_version,
+        "tracking": None if options.transform is None else {"transform": options.transform},
+    }
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def _told(mission: dict[str, Any]) -> str:
+    if mission["status"] != "done":
+        return f"mission {mission['id']} is {mission['status']}"
+    return f"mission {mission['id']} {mission['outcome']}, version {mission['version']}. {mission['reason']}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

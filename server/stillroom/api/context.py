@@ -1,0 +1,136 @@
+"""What every handler needs: the service's parts, the caller, and the caller's right to what the path names."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path as FilePath
+from typing import Annotated, Any
+
+from fastapi import Depends, Path, Query, Request
+from pydantic import BaseModel, TypeAdapter
+from starlette.responses import Response
+
+from stillroom.documents import api
+from stillroom.errors import Fault, Forbidden, InvalidInput, Unauthenticated
+from stillroom.service import accounts
+from stillroom.service.accounts import Action, Principal
+from stillroom.service.signals import Signals
+from stillroom.store import robots
+from stillroom.store.database import Database
+from stillroom.store.grids import GridStore
+
+SESSION_COOKIE = "stillroom_session"
+SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Opened when first used, so that the schema can be printed without a database."""
+
+    database_url: str
+    grid_store_url: str
+    admin_token: str | None
+    static: FilePath
+    signals: Signals
+
+    @cached_property
+    def database(self) -> Database:
+        return Database(self.database_url)
+
+    @cached_property
+    def grids(self) -> GridStore:
+        return GridStore(self.grid_store_url)
+
+
+def parts(request: Request) -> Parts:
+    found: Parts = request.app.state.parts
+    return found
+
+
+Service = Annotated[Parts, Depends(parts)]
+
+
+def caller(request: Request, service: Service) -> Principal:
+    """Who calls. Raises Unauthenticated, or Forbidden for a request that another site made a browser send."""
+    scheme, _, token = request.headers.get("Authorization", "").partition(" ")
+    if scheme:
+        if scheme.lower() != "bearer" or not token.strip():
+            raise Unauthenticated("The Authorization header has no bearer token.")
+        return accounts.by_token(service.database, token.strip(), service.admin_token)
+    cookie = request.cookies.get(SESSION_COOKIE)
+    if cookie is None:
+        raise Unauthenticated("Send a bearer token, or sign in.")
+    if request.method not in SAFE_METHODS and not _is_same_site(request):
+        raise Forbidden("The request comes from another site.")
+    return accounts.by_session(service.database, cookie)
+
+
+def _is_same_site(request: Request) -> bool:
+    """Browsers say where a request comes from; those that don't know Sec-Fetch-Site send an Origin."""
+    site = request.headers.get("Sec-Fetch-Site")
+    if site is not None:
+        return site in ("same-origin", "none")
+    origin, host = request.headers.get("Origin"), request.headers.get("Host")
+    return origin is not None and origin.partition("://")[2] == host
+
+
+Caller = Annotated[Principal, Depends(caller)]
+RobotId = Annotated[str, Path(alias="robot", pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+MapName = Annotated[str, Path(alias="map", pattern=r"^[A-Za-z0-9._-]{1,64}$")]
+MissionId = Annotated[str, Path(alias="mission", pattern=r"^[A-Za-z0-9._-]{1,64}$")]
+VersionNumber = Annotated[int, Path(alias="version", ge=0, le=2**31 - 1)]
+Limit = Annotated[int, Query(ge=1, le=1000)]
+
+
+def allowed(action: Action) -> Callable[..., None]:
+    """A dependency that lets only those pass who may do `action` to the robot that the path names."""
+
+    def check(service: Service, who: Caller, robot_id: RobotId) -> None:
+        with service.database.read() as tx:
+            row = robots.get(tx, robot_id)
+        accounts.authorise(who, action, robot_id, row)
+
+    return check
+
+
+def operator_only(who: Caller) -> None:
+    accounts.authorise_operator(who)
+
+
+def number_cursor(cursor: Annotated[str | None, Query(max_length=100)] = None) -> int | None:
+    """A cursor as `next` gave it. Raises InvalidInput for any other."""
+    if cursor is None:
+        return None
+    if not cursor.isdecimal() or len(cursor) > 18:
+        raise InvalidInput("This cursor was not given out here.", (Fault("/cursor", "not a cursor"),))
+    return int(cursor)
+
+
+NumberCursor = Annotated[int | None, Depends(number_cursor)]
+
+
+def document(body: BaseModel, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
+    """A document that was validated when it was made."""
+    return Response(body.model_dump_json(), status, headers, "application/json")
+
+
+def page(request: Request, body: api.Page[Any]) -> Response:
+    headers = {}
+    if body.next is not None:
+        headers["Link"] = f'<{request.url.include_query_params(cursor=body.next)}>; rel="next"'
+    return document(body, headers=headers)
+
+
+def bare_array(items: list[Any]) -> Response:
+    return Response(TypeAdapter(list[Any]).dump_json(items), media_type="application/json")
+
+
+def png(content: bytes, name: str) -> Response:
+    """Stored grids never change."""
+    headers = {"Cache-Control": "private, max-age=31536000, immutable", "ETag": f'"{name}"'}
+    return Response(content, media_type="image/png", headers=headers)
+
+
+PNG_RESPONSE: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
+}

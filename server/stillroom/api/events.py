@@ -1,0 +1,60 @@
+"""Server-sent events: people's browsers follow their maps."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from typing import Annotated
+
+from fastapi import APIRouter, Header, Query
+from starlette.concurrency import run_in_threadpool
+from starlette.responses import StreamingResponse
+
+from stillroom.api.context import Caller, Parts, Service
+from stillroom.documents import api
+from stillroom.service.accounts import Principal
+from stillroom.service.events import events_after, newest_event
+
+KEEP_ALIVE_S = 15.0
+router = APIRouter()
+
+
+@router.get(
+    "/api/v1/events",
+    response_class=StreamingResponse,
+    responses={200: {"content": {"text/event-stream": {"itemSchema": {"$ref": "#/components/schemas/Event"}}}}},
+)
+async def follow(
+    service: Service,
+    who: Caller,
+    robot: Annotated[str | None, Query(max_length=64)] = None,
+    map_name: Annotated[str | None, Query(alias="map", max_length=64)] = None,
+    last_event_id: Annotated[str | None, Header()] = None,
+) -> StreamingResponse:
+    """What happens to the maps that the caller may see, from now on or after Last-Event-ID."""
+    if last_event_id is not None and last_event_id.isdecimal() and len(last_event_id) < 19:
+        last = int(last_event_id)
+    else:
+        last = await run_in_threadpool(newest_event, service.database)
+    stream = _stream(service, who, robot, map_name, last)
+    return StreamingResponse(stream, media_type="text/event-stream", headers={"Cache-Control": "no-store"})
+
+
+async def _stream(
+    service: Parts, who: Principal, robot: str | None, map_name: str | None, last: int
+) -> AsyncIterator[str]:
+    with service.signals.watch() as changed:
+        yield f"id: {last}\nretry: 2000\n\n"
+        while not service.signals.closed:
+            changed.clear()
+            found = await run_in_threadpool(events_after, service.database, who, last, robot, map_name)
+            for last, event in found:
+                yield _message(last, event)
+            if found:
+                continue
+            try:
+                await asyncio.wait_for(changed.wait(), KEEP_ALIVE_S)
+            except TimeoutError:
+                yield ": still here\n\n"
+
+
+def _message(number: int, event: api.Event) -> str:
+    return f"id: {number}\nevent: {event.kind}\ndata: {event.model_dump_json()}\n\n"

@@ -1,0 +1,67 @@
+"""For those who run the service. These answer everybody: they hold numbers of the whole service and no one's data."""
+
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from typing import Literal
+
+from fastapi import APIRouter
+from prometheus_client import CollectorRegistry, generate_latest
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.exposition import CONTENT_TYPE_LATEST
+from pydantic import BaseModel
+from starlette.responses import Response
+
+from stillroom.api.context import Service
+from stillroom.errors import Unavailable
+from stillroom.store import migrate, missions
+from stillroom.store.missions import Tally
+
+router = APIRouter()
+
+
+class Health(BaseModel):
+    status: Literal["ok"] = "ok"
+
+
+@router.get("/healthz")
+def alive() -> Health:
+    """The process answers."""
+    return Health()
+
+
+@router.get("/readyz")
+def ready(service: Service) -> Health:
+    """Database and grid store answer, and the schema is the newest."""
+    with service.database.read() as tx:
+        if not migrate.is_current(tx):
+            raise Unavailable("The database has not been migrated: run `stillroom migrate`.")
+    try:
+        service.grids.check()
+    except Exception as error:
+        raise Unavailable("The grid store does not answer.") from error
+    return Health()
+
+
+@router.get("/metrics", response_class=Response, responses={200: {"content": {"text/plain": {}}}})
+def metrics(service: Service) -> Response:
+    """For Prometheus. Read from the database, so that every process of the service tells the same."""
+    with service.database.read() as tx:
+        tally = missions.tally(tx)
+    registry = CollectorRegistry(auto_describe=False)
+    registry.register(_Missions(tally))
+    return Response(generate_latest(registry), media_type=CONTENT_TYPE_LATEST)
+
+
+class _Missions:
+    def __init__(self, tally: Tally) -> None:
+        self._tally = tally
+
+    def collect(self) -> Iterator[Metric]:
+        done = CounterMetricFamily("stillroom_missions", "Missions processed", labels=["outcome"])
+        for outcome, count in sorted(self._tally.by_outcome.items()):
+            done.add_metric([outcome], count)
+        yield done
+        yield GaugeMetricFamily("stillroom_missions_waiting", "Missions queued or in processing", self._tally.waiting)
+        since = self._tally.oldest_waiting_since
+        age = 0.0 if since is None else max((datetime.now(UTC) - since).total_seconds(), 0.0)
+        yield GaugeMetricFamily("stillroom_oldest_waiting_seconds", "Age of the mission that waits longest", age)

@@ -1,0 +1,160 @@
+"""A robot uploads missions."""
+
+import asyncio
+import re
+from time import monotonic
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Query, Request
+from starlette.concurrency import run_in_threadpool
+from starlette.responses import Response
+
+from stillroom.api.context import (
+    PNG_RESPONSE,
+    Limit,
+    MapName,
+    MissionId,
+    NumberCursor,
+    Parts,
+    RobotId,
+    Service,
+    allowed,
+    document,
+    page,
+    png,
+)
+from stillroom.api.multipart import Part, read_parts
+from stillroom.documents import api
+from stillroom.documents.missions import MissionMeta
+from stillroom.errors import Fault, InvalidInput
+from stillroom.service import uploads
+
+MAX_WAIT_S = 60.0
+_RECHECK_S = 2.0
+"""A waiter looks again this often, in case the word that its mission is done was lost with a worker."""
+
+router = APIRouter(prefix="/api/v1/robots/{robot}/maps/{map}/missions")
+_UPLOAD: dict[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "content": {
+            "multipart/form-data": {
+                "schema": {
+                    "type": "object",
+                    "required": ["grid", "meta"],
+                    "properties": {
+                        "grid": {"type": "string", "format": "binary", "description": "The occupancy grid"},
+                        "meta": MissionMeta.model_json_schema(ref_template="#/components/schemas/{model}"),
+                    },
+                },
+                "encoding": {
+                    "grid": {"contentType": "image/png, image/x-portable-graymap"},
+                    "meta": {"contentType": "application/json"},
+                },
+            }
+        },
+    },
+    "parameters": [
+        {
+            "name": "Prefer",
+            "in": "header",
+            "schema": {"type": "string"},
+            "description": "wait=SECONDS: answer when the mission is done, or after that long (at most 60; RFC 7240)",
+        }
+    ],
+}
+
+
+@router.put(
+    "/{mission}",
+    response_model=api.MissionDocument,
+    responses={201: {"model": api.MissionDocument}, 202: {"model": api.MissionDocument}},
+    openapi_extra=_UPLOAD,
+    dependencies=[Depends(allowed("upload"))],
+)
+async def upload(request: Request, service: Service, robot: RobotId, map_name: MapName, key: MissionId) -> Response:
+    """Stores a mission durably and queues it."""
+    parts = await read_parts(request)
+    grid, meta = _part(parts, "grid"), _part(parts, "meta")
+    received = await run_in_threadpool(
+        uploads.receive,
+        service.database,
+        service.grids,
+        robot,
+        map_name,
+        key,
+        (grid.content_type, bytes(grid.content)),
+        bytes(meta.content),
+    )
+    if received.made:
+        service.signals.wake_workers()
+    wait_s = wait_preference(request.headers.getlist("Prefer"))
+    mission = await _wait(service, received, wait_s)
+    headers = {"Location": request.url.path}
+    if wait_s is not None:
+        headers["Preference-Applied"] = f"wait={wait_s:g}"
+    return document(mission, _status(received, mission), headers)
+
+
+@router.get("", response_model=api.Page[api.MissionDocument], dependencies=[Depends(allowed("read"))])
+def list_missions(
+    request: Request,
+    service: Service,
+    robot: RobotId,
+    map_name: MapName,
+    cursor: NumberCursor,
+    outcome: Annotated[api.Outcome | None, Query()] = None,
+    limit: Limit = 100,
+) -> Response:
+    """The newest arrivals first."""
+    return page(request, uploads.list_missions(service.database, robot, map_name, outcome, cursor, limit))
+
+
+@router.get("/{mission}", response_model=api.MissionDocument, dependencies=[Depends(allowed("read"))])
+def show_mission(service: Service, robot: RobotId, map_name: MapName, key: MissionId) -> Response:
+    return document(uploads.mission_by_key(service.database, robot, map_name, key))
+
+
+@router.get(
+    "/{mission}/grid.png",
+    response_class=Response,
+    responses=PNG_RESPONSE,
+    dependencies=[Depends(allowed("read"))],
+)
+def show_grid(service: Service, robot: RobotId, map_name: MapName, key: MissionId) -> Response:
+    """The occupancy pixels as the robot sent them, taken or not."""
+    return png(uploads.mission_grid(service.database, service.grids, robot, map_name, key), f"mission-{key}")
+
+
+def wait_preference(prefer: list[str]) -> float | None:
+    """Seconds that the caller would wait (RFC 7240), at most 60; None where it would not."""
+    match = re.search(r"(?:^|[,;]\s*)wait\s*=\s*\"?(\d{1,9})", ",".join(prefer), re.IGNORECASE)
+    return None if match is None else min(float(match[1]), MAX_WAIT_S)
+
+
+def _part(parts: dict[str, Part], name: str) -> Part:
+    if name not in parts:
+        raise InvalidInput(f"The upload has no part {name}.", (Fault(f"/{name}", "missing"),))
+    return parts[name]
+
+
+async def _wait(service: Parts, received: uploads.Received, wait_s: float | None) -> api.MissionDocument:
+    """The mission when it is done, or after `wait_s`."""
+    until = monotonic() + (wait_s or 0.0)
+    with service.signals.watch(received.map_id) as changed:
+        while True:
+            changed.clear()
+            mission = await run_in_threadpool(uploads.mission_by_id, service.database, received.mission_id)
+            left = until - monotonic()
+            if mission.status == "done" or left <= 0 or service.signals.closed:
+                return mission
+            try:
+                await asyncio.wait_for(changed.wait(), min(left, _RECHECK_S))
+            except TimeoutError:
+                continue
+
+
+def _status(received: uploads.Received, mission: api.MissionDocument) -> int:
+    if mission.status != "done":
+        return 202
+    return 201 if received.made else 200

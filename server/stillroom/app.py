@@ -1,0 +1,61 @@
+"""The web application: routers, errors and headers put together."""
+
+from pathlib import Path
+
+from fastapi import FastAPI
+from starlette.datastructures import MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from stillroom import __version__
+from stillroom.api import events, health, maps, missions, problems, robots, web
+from stillroom.api.context import Parts
+from stillroom.service.signals import Signals
+from stillroom.settings import Settings
+
+STATIC = Path(__file__).parent / "static"
+SECURITY_HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; connect-src 'self'; "
+        "object-src 'none'; base-uri 'self'; frame-ancestors 'none'; form-action 'self'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "same-origin",
+}
+
+
+def create_app(settings: Settings, signals: Signals | None = None, static: Path = STATIC) -> FastAPI:
+    """Nothing is opened before the first request needs it."""
+    app = FastAPI(
+        title="stillroom",
+        version=__version__,
+        description="Keeps a home's rooms still while the robot's map under them moves.",
+        docs_url=None,
+        redoc_url=None,
+        responses=problems.RESPONSES,
+    )
+    app.state.parts = Parts(
+        settings.database_url, settings.grid_store_url, settings.admin_token, static, signals or Signals()
+    )
+    problems.install(app)
+    app.add_middleware(SecurityHeaders)
+    for router in (robots.router, missions.router, maps.router, events.router, health.router, problems.router):
+        app.include_router(router)
+    app.include_router(web.router)  # last: it takes every path that is left
+    return app
+
+
+class SecurityHeaders:
+    """Adds the headers to every answer; streams pass untouched."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in SECURITY_HEADERS.items():
+                    headers.setdefault(name, value)
+            await send(message)
+
+        await self._app(scope, receive, send_with_headers)

@@ -1,0 +1,341 @@
+"""What the API answers with. Field names are those of the HTTP contract; the web client's types are generated from these."""
+
+from datetime import datetime
+from typing import Annotated, Generic, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from stillroom.maps.semantics import DividerKind, MadeBy, RestrictionKind, WallKind
+
+Outcome = Literal["created", "updated", "resolved", "needs_review", "reverted", "superseded", "parked"]
+Status = Literal["queued", "processing", "done"]
+Cause = Literal["created", "mission", "edit", "decision", "restore", "import"]
+Review = Literal["automatic", "ask_first"]
+Position = tuple[float, float]
+ItemT = TypeVar("ItemT")
+
+
+class Document(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class Page(Document, Generic[ItemT]):
+    items: list[ItemT]
+    next: str | None
+    """Cursor of the next page; null: this is the last."""
+
+
+class FaultDocument(Document):
+    pointer: str
+    detail: str
+
+
+class Problem(BaseModel):
+    """RFC 9457. `retryable`: send the same again later."""
+
+    model_config = ConfigDict(extra="allow")
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    errors: list[FaultDocument]
+    retryable: bool
+
+
+# -- geometry and features ---------------------------------------------------------------------------------------------
+
+
+class Polygon(Document):
+    type: Literal["Polygon"] = "Polygon"
+    coordinates: list[list[Position]]
+    """Exterior ring first, then holes; each closed."""
+
+
+class LineString(Document):
+    type: Literal["LineString"] = "LineString"
+    coordinates: list[Position]
+
+
+class RoomProperties(Document):
+    semantic: Literal["room"] = "room"
+    name: str
+    segment_id: int
+    area: float
+    """Square metres."""
+    made_by: MadeBy
+    derived_from: str | None
+    last_visited: str | None
+    """Id of the newest mission that saw it."""
+    pinned: bool
+
+
+class DividerProperties(Document):
+    semantic: Literal["divider"] = "divider"
+    kind: DividerKind
+    made_by: MadeBy
+    rooms: list[str]
+
+
+class WallProperties(Document):
+    semantic: Literal["wall"] = "wall"
+    kind: WallKind
+
+
+class ClutterProperties(Document):
+    semantic: Literal["clutter"] = "clutter"
+
+
+class MetaDividerProperties(Document):
+    semantic: Literal["meta_divider"] = "meta_divider"
+    rooms: list[str]
+    since: str
+    """Id of the mission that first needed it."""
+
+
+class MetaOccupancyProperties(Document):
+    semantic: Literal["meta_occupancy"] = "meta_occupancy"
+    cell: Literal["occupied", "free"]
+    since: str
+
+
+class RestrictionProperties(Document):
+    semantic: Literal["restriction"] = "restriction"
+    kind: RestrictionKind
+    placement: Literal["placed", "unplaced"]
+
+
+class _Feature(Document):
+    type: Literal["Feature"] = "Feature"
+    id: str
+
+
+class RoomFeature(_Feature):
+    geometry: Polygon
+    properties: RoomProperties
+
+
+class DividerFeature(_Feature):
+    geometry: LineString
+    properties: DividerProperties
+
+
+class WallFeature(_Feature):
+    geometry: LineString
+    properties: WallProperties
+
+
+class ClutterFeature(_Feature):
+    geometry: Polygon
+    properties: ClutterProperties
+
+
+class MetaDividerFeature(_Feature):
+    geometry: LineString
+    properties: MetaDividerProperties
+
+
+class MetaOccupancyFeature(_Feature):
+    geometry: Polygon
+    properties: MetaOccupancyProperties
+
+
+class RestrictionFeature(_Feature):
+    geometry: Polygon | LineString
+    properties: RestrictionProperties
+
+
+Feature = (
+    RoomFeature
+    | DividerFeature
+    | WallFeature
+    | ClutterFeature
+    | MetaDividerFeature
+    | MetaOccupancyFeature
+    | RestrictionFeature
+)
+
+
+# -- maps --------------------------------------------------------------------------------------------------------------
+
+
+class Frame(Document):
+    unit: Literal["m"] = "m"
+    resolution: float
+    """Metres a cell."""
+    width: int
+    height: int
+    origin: tuple[float, float, float]
+    """Pose (x, y, yaw) of the outer corner of the lower-left cell."""
+
+
+class VersionSummary(Document):
+    robot: str
+    map: str
+    version: int
+    parent: int | None
+    cause: Cause
+    mission: str | None
+    """The mission whose grid this version lies on."""
+    made_by: str
+    created_at: datetime
+
+
+class VersionListItem(VersionSummary):
+    rooms: int
+    """How many rooms it has."""
+    url: str
+
+
+class MapDocument(VersionSummary):
+    """A version of a map as GeoJSON in local metres."""
+
+    type: Literal["FeatureCollection"] = "FeatureCollection"
+    frame: Frame
+    grid: str
+    """URL of the occupancy pixels as PNG."""
+    features: list[Feature]
+
+
+class EditProblem(Document):
+    """Something an edit causes that its author should see; `code` is stable."""
+
+    code: str
+    severity: str
+    feature: str | None
+    message: str
+    fix: str | None
+
+
+class EditedMap(MapDocument):
+    """The map that an edit made, or with `dry_run` would make."""
+
+    problems: list[EditProblem]
+
+
+class Segment(Document):
+    id: str
+    name: str
+    group: str
+
+
+class RetiredRoom(Document):
+    """A room that ended."""
+
+    id: str
+    retired: Literal[True] = True
+    survivor: str | None
+    """The room that has its space now."""
+    name: str
+    segment_id: int
+
+
+class MapSummary(Document):
+    map: str
+    """The robot's own name of the floor."""
+    name: str
+    """What people call it."""
+    review: Review
+    version: int | None
+    """The version in force; null until a first mission succeeded."""
+    rooms: int
+    updated_at: datetime | None
+    url: str
+
+
+class RobotSummary(Document):
+    id: str
+    name: str
+    owner: str | None
+    maps: list[MapSummary]
+
+
+class NewRobot(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+    id: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+    name: Annotated[str, Field(max_length=100, pattern=r"^[^\x00-\x1f\x7f]*$")] | None = None
+    owner: Annotated[str, Field(max_length=320, pattern=r"^[^@\s\x00-\x1f\x7f]+@[^@\s\x00-\x1f\x7f]+$")] | None = None
+
+
+class CreatedRobot(Document):
+    id: str
+    name: str
+    owner: str | None
+    token: str
+    """Shown this once."""
+    claim_code: str
+
+
+class MapSettings(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+    name: Annotated[str, Field(max_length=100, pattern=r"^[^\x00-\x1f\x7f]*\S[^\x00-\x1f\x7f]*$")] | None = None
+    review: Review | None = None
+
+
+class Caller(Document):
+    """Who the service takes the caller for."""
+
+    kind: Literal["operator", "robot", "owner"]
+    id: str | None
+
+
+# -- missions ----------------------------------------------------------------------------------------------------------
+
+
+class AblationDocument(Document):
+    transfer: bool
+    meta_occupancy: bool
+    meta_dividers: bool
+
+
+class RoomScoreDocument(Document):
+    id: str
+    name: str
+    precision: float
+    recall: float
+    passed: bool
+    visited: bool
+
+
+class MissionDocument(Document):
+    id: str
+    robot: str
+    map: str
+    sequence: int
+    epoch: int
+    status: Status
+    outcome: Outcome | None
+    """What processing found; null until it is done."""
+    succeeded_at: Literal["transfer", "meta_occupancy", "meta_dividers"] | None
+    ablation: AblationDocument | None
+    base_version: int | None
+    """The version that was carried over."""
+    version: int | None
+    """The version in force after this mission."""
+    algorithm: str | None
+    rooms: list[RoomScoreDocument]
+    conflicts: list[str]
+    discovered_rooms: list[str]
+    warnings: list[str]
+    reason: str
+    timings_ms: dict[str, float]
+    started_at: datetime | None
+    ended_at: datetime | None
+    received_at: datetime
+    grid: str
+    """URL of the occupancy pixels as PNG."""
+
+
+class Event(Document):
+    """`mission`: one was processed; `version`: a new one is in force; `settings`: a map was renamed."""
+
+    kind: Literal["mission", "version", "settings"]
+    robot: str
+    map: str
+    at: datetime
+    mission: str | None = None
+    outcome: Outcome | None = None
+    version: int | None = None
+    cause: Cause | None = None

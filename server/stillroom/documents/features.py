@@ -1,0 +1,94 @@
+"""A semantic map as GeoJSON features (RFC 7946, local metres)."""
+
+from collections.abc import Sequence
+
+from stillroom.documents import api
+from stillroom.documents.stored import rings
+from stillroom.maps.geometry import Point
+from stillroom.maps.grid import GridFrame
+from stillroom.maps.semantics import Restriction, Room, SemanticMap
+
+
+def frame(of: GridFrame) -> api.Frame:
+    o = of.origin
+    return api.Frame(resolution=of.resolution, width=of.width, height=of.height, origin=(o.x, o.y, o.yaw))
+
+
+def features(m: SemanticMap) -> list[api.Feature]:
+    dividers = [
+        api.DividerFeature(
+            id=d.id,
+            geometry=_line(d.line),
+            properties=api.DividerProperties(kind=d.kind, made_by=d.made_by, rooms=list(d.rooms)),
+        )
+        for d in m.dividers
+    ]
+    walls = [
+        api.WallFeature(id=w.id, geometry=_line(w.line), properties=api.WallProperties(kind=w.kind)) for w in m.walls
+    ]
+    clutter = [
+        api.ClutterFeature(id=c.id, geometry=_polygon(rings(c.polygon)), properties=api.ClutterProperties())
+        for c in m.clutter
+    ]
+    meta_dividers = [
+        api.MetaDividerFeature(
+            id=d.id,
+            geometry=_line(d.line),
+            properties=api.MetaDividerProperties(rooms=list(d.rooms), since=d.since),
+        )
+        for d in m.meta.dividers
+    ]
+    meta_occupancy = [
+        api.MetaOccupancyFeature(
+            id=o.id,
+            geometry=_polygon(rings(o.polygon)),
+            properties=api.MetaOccupancyProperties(cell=o.cell, since=o.since),
+        )
+        for o in m.meta.occupancy
+    ]
+    return [
+        *map(room, m.rooms),
+        *dividers,
+        *walls,
+        *clutter,
+        *meta_dividers,
+        *meta_occupancy,
+        *map(_restriction, m.restrictions),
+    ]
+
+
+def room(of: Room) -> api.RoomFeature:
+    return api.RoomFeature(
+        id=of.id,
+        geometry=_polygon(rings(of.polygon)),
+        properties=api.RoomProperties(
+            name=of.name,
+            segment_id=of.segment_id,
+            area=round(of.polygon.area, 3),
+            made_by=of.made_by,
+            derived_from=of.derived_from,
+            last_visited=of.last_visited,
+            pinned=of.pinned,
+        ),
+    )
+
+
+def segments(m: SemanticMap, group: str) -> list[api.Segment]:
+    return [api.Segment(id=str(r.segment_id), name=r.name, group=group) for r in m.rooms]
+
+
+def _restriction(of: Restriction) -> api.RestrictionFeature:
+    is_line = of.kind == "virtual_wall"
+    return api.RestrictionFeature(
+        id=of.id,
+        geometry=_line(of.shape) if is_line else _polygon([[list(p) for p in (*of.shape, of.shape[0])]]),
+        properties=api.RestrictionProperties(kind=of.kind, placement="placed" if of.placed else "unplaced"),
+    )
+
+
+def _line(points: Sequence[Point]) -> api.LineString:
+    return api.LineString(coordinates=list(points))
+
+
+def _polygon(coordinates: list[list[list[float]]]) -> api.Polygon:
+    return api.Polygon(coordinates=[[(x, y) for x, y in ring] for ring in coordinates])

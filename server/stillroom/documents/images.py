@@ -1,0 +1,169 @@
+"""Occupancy grids as images, with map_server's meaning of grey (http://wiki.ros.org/map_server, nav2_map_server)."""
+
+import re
+import struct
+from dataclasses import dataclass
+from typing import Literal
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from stillroom.errors import Fault, InvalidGrid, TooLarge, UnsupportedFormat
+from stillroom.maps.geometry import Pose
+from stillroom.maps.grid import Cell, Cells, GridFrame, OccupancyGrid
+
+# A broken image is told to the one who sent it, not to our log.
+cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+
+MAX_CELLS = 20_000_000
+UNKNOWN_GREY = 205
+"""In trinary mode always unexplored, whatever the thresholds."""
+IMAGE_TYPES = {"image/png": b"\x89PNG\r\n\x1a\n", "image/x-portable-graymap": b"P"}
+
+Grey = npt.NDArray[np.uint8]
+"""Shape (height, width); row 0 is the highest y, as in the file."""
+Mode = Literal["trinary", "scale", "raw"]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How greys and the frame are to be understood."""
+
+    resolution: float
+    origin: Pose = Pose()
+    mode: Mode = "trinary"
+    negate: bool = False
+    occupied_thresh: float = 0.65
+    free_thresh: float = 0.196
+
+
+def read_grid(content: bytes, reading: Reading) -> OccupancyGrid:
+    """Raises InvalidGrid where the image can't be read or holds no free cell, TooLarge over 20 million cells."""
+    grey, transparent = decode_image(content)
+    cells = np.ascontiguousarray(classify(grey, transparent, reading)[::-1])
+    if not (cells == Cell.FREE).any():
+        raise InvalidGrid("The grid has no free cell at all.", (Fault("/grid", "no free cell"),))
+    height, width = cells.shape
+    return OccupancyGrid(GridFrame(reading.resolution, width, height, reading.origin), cells)
+
+
+def classify(grey: Grey, transparent: npt.NDArray[np.bool_] | None, reading: Reading) -> Cells:
+    """Grey levels as values of `Cell`, in the rows' order of the image."""
+    value = np.arange(256)
+    occupancy = value / 255 if reading.negate else (255 - value) / 255
+    table = np.full(256, Cell.UNEXPLORED, np.uint8)
+    if reading.mode == "raw":
+        # The value itself is the occupancy in percent; above 100 nothing is known.
+        known = value <= 100
+        occupancy = value / 100
+    elif reading.mode == "trinary":
+        known = value != UNKNOWN_GREY
+    else:
+        known = np.full(256, True)
+    table[known & (occupancy > reading.occupied_thresh)] = Cell.OCCUPIED
+    table[known & (occupancy < reading.free_thresh)] = Cell.FREE
+    cells = table[grey]
+    if transparent is not None:
+        cells[transparent] = Cell.UNEXPLORED
+    return cells
+
+
+def decode_image(content: bytes) -> tuple[Grey, npt.NDArray[np.bool_] | None]:
+    """The grey levels of a PNG or PGM, and where a PNG is transparent (None: nowhere)."""
+    if content.startswith(IMAGE_TYPES["image/png"]):
+        return _decode_png(content)
+    if content[:2] in (b"P2", b"P5"):
+        return _decode_pgm(content), None
+    raise InvalidGrid("The grid is neither a PNG nor a PGM image.", (Fault("/grid", "not an image"),))
+
+
+def check_type(content_type: str, content: bytes) -> None:
+    """Raises UnsupportedFormat for a media type that is not read here, InvalidGrid where the bytes are of another."""
+    magic = IMAGE_TYPES.get(content_type)
+    if magic is None:
+        raise UnsupportedFormat(
+            f"A grid of type {content_type or '(none given)'} is not read here; send {' or '.join(IMAGE_TYPES)}."
+        )
+    if not content.startswith(magic):
+        raise InvalidGrid(f"The grid is not {content_type}.", (Fault("/grid", "another format than its type says"),))
+
+
+def as_png(content: bytes) -> bytes:
+    """A stored image as PNG: a PNG as it was sent, a PGM with the same pixels."""
+    if content.startswith(IMAGE_TYPES["image/png"]):
+        return content
+    return encode_png(_decode_pgm(content))
+
+
+def encode_png(grey: Grey) -> bytes:
+    options = [cv2.IMWRITE_PNG_COMPRESSION, 9, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE]
+    return cv2.imencode(".png", grey, options)[1].tobytes()
+
+
+def _decode_png(content: bytes) -> tuple[Grey, npt.NDArray[np.bool_] | None]:
+    if len(content) < 33 or content[12:16] != b"IHDR":
+        raise _cut_off("PNG")
+    width, height, depth = struct.unpack(">IIB", content[16:25])
+    _check_size(width, height)
+    if depth == 16:
+        raise _sixteen_bit()
+    try:
+        pixels = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:
+        pixels = None
+    if pixels is None or pixels.shape[:2] != (height, width) or pixels.dtype != np.uint8:
+        raise _cut_off("PNG")
+    if pixels.ndim == 2:
+        return pixels, None
+    colours, alpha = pixels[..., :3], pixels[..., 3] if pixels.shape[2] == 4 else None
+    transparent = None if alpha is None else np.equal(alpha, 0)
+    coloured = (colours[..., 0] != colours[..., 1]) | (colours[..., 1] != colours[..., 2])
+    if transparent is not None:
+        coloured &= ~transparent
+    if coloured.any():
+        raise InvalidGrid("The grid has colours; send grey levels.", (Fault("/grid", "colours"),))
+    return np.ascontiguousarray(colours[..., 0]), transparent
+
+
+_PGM_HEADER = re.compile(rb"P([25])(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})\s")
+
+
+def _decode_pgm(content: bytes) -> Grey:
+    header = _PGM_HEADER.match(content)
+    if header is None:
+        raise _cut_off("PGM")
+    kind, width, height, greatest = header[1], int(header[2]), int(header[3]), int(header[4])
+    _check_size(width, height)
+    if greatest > 255:
+        raise _sixteen_bit()
+    body = content[header.end() :]
+    if kind == b"5":
+        levels = np.frombuffer(body, np.uint8)
+    else:
+        try:
+            levels = np.array(re.sub(rb"#[^\n]*", b"", body).split()[: width * height], np.int64).clip(0, 256)
+        except (ValueError, OverflowError):
+            raise _cut_off("PGM") from None
+    if greatest == 0 or len(levels) < width * height:
+        raise _cut_off("PGM")
+    levels = levels[: width * height]
+    if levels.max() > greatest:
+        raise InvalidGrid(f"The PGM has a level over its maximum of {greatest}.", (Fault("/grid", "level too high"),))
+    scaled = levels if greatest == 255 else np.round(levels * (255 / greatest))
+    return scaled.astype(np.uint8).reshape(height, width)
+
+
+def _check_size(width: int, height: int) -> None:
+    if width == 0 or height == 0:
+        raise InvalidGrid("The grid has no cells.", (Fault("/grid", "no cells"),))
+    if width * height > MAX_CELLS:
+        raise TooLarge(f"The grid has {width} x {height} cells; at most {MAX_CELLS} are taken.", limit_cells=MAX_CELLS)
+
+
+def _cut_off(kind: str) -> InvalidGrid:
+    return InvalidGrid(f"The {kind} is cut off or damaged.", (Fault("/grid", "cut off or damaged"),))
+
+
+def _sixteen_bit() -> InvalidGrid:
+    return InvalidGrid("The grid has 16 bits a cell; send 8.", (Fault("/grid", "16 bits a cell"),))

@@ -1,0 +1,145 @@
+"""What a robot says about a mission (`meta` of an upload)."""
+
+import json
+import math
+from collections.abc import Iterator
+from hashlib import sha256
+from typing import Annotated, Any
+
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
+
+from stillroom.documents.images import Mode, Reading
+from stillroom.errors import Fault, InvalidInput
+from stillroom.maps.geometry import Pose, as_points
+from stillroom.maps.mission import Tracking
+
+FARTHEST_M = 1e5
+MISSION_ID = r"^[A-Za-z0-9._-]{1,64}$"
+
+Metres = Annotated[float, Field(strict=True, ge=-FARTHEST_M, le=FARTHEST_M, allow_inf_nan=False)]
+Radians = Annotated[float, Field(strict=True, ge=-100, le=100, allow_inf_nan=False)]
+Position = tuple[Metres, Metres]
+PoseDocument = tuple[Metres, Metres, Radians]
+Label = Annotated[str, Field(max_length=100, pattern=r"^[^\x00-\x1f]*$")]
+Count = Annotated[int, Field(ge=0, le=2**53 - 1)]
+
+
+class SubmapDocument(BaseModel):
+    model_config = ConfigDict(strict=True)
+
+    from_: Annotated[PoseDocument, Field(alias="from")]
+    to: PoseDocument
+
+
+class TrackingDocument(BaseModel):
+    """Where the robot's SLAM saw the base version's features at the end of the mission, in whichever form it has."""
+
+    model_config = ConfigDict(strict=True)
+
+    rooms: dict[str, list[Position]] = {}
+    dividers: dict[str, list[Position]] = {}
+    submaps: list[SubmapDocument] = []
+    transform: PoseDocument | None = None
+
+    def as_tracking(self) -> Tracking:
+        return Tracking(
+            rooms={key: as_points(ring) for key, ring in self.rooms.items()},
+            dividers={key: as_points(line) for key, line in self.dividers.items()},
+            submaps=tuple((Pose(*submap.from_), Pose(*submap.to)) for submap in self.submaps),
+            transform=None if self.transform is None else Pose(*self.transform),
+        )
+
+
+class MissionMeta(BaseModel):
+    """Fields that are not listed here are kept with the mission and ignored."""
+
+    model_config = ConfigDict(strict=True, extra="allow")
+
+    sequence: Count
+    epoch: Count = 0
+    started_at: AwareDatetime | None = None
+    ended_at: AwareDatetime | None = None
+    firmware: Label | None = None
+    model: Label | None = None
+    resolution: Annotated[float, Field(ge=0.001, le=1.0, allow_inf_nan=False)] | None = None
+    """Metres a cell."""
+    origin: PoseDocument | None = None
+    """Pose of the outer corner of the grid's lower-left cell."""
+    mode: Mode = "trinary"
+    negate: bool | Annotated[int, Field(ge=0, le=1)] = False
+    occupied_thresh: Annotated[float, Field(ge=0, le=1)] = 0.65
+    free_thresh: Annotated[float, Field(ge=0, le=1)] = 0.196
+    base_version: Annotated[int, Field(ge=0, le=2**31 - 1)] | None = None
+    tracking: TrackingDocument = TrackingDocument()
+
+    def reading(self) -> Reading:
+        """How to read an image; raises InvalidInput where that is not said."""
+        faults = [
+            Fault(f"/meta/{name}", f"{name} is required: an image does not carry it")
+            for name in ("resolution", "origin")
+            if getattr(self, name) is None
+        ]
+        if self.free_thresh > self.occupied_thresh:
+            faults.append(Fault("/meta/free_thresh", "free_thresh is over occupied_thresh"))
+        if faults or self.resolution is None or self.origin is None:
+            raise InvalidInput("The meta does not say how to read the grid.", tuple(faults))
+        return Reading(
+            self.resolution, Pose(*self.origin), self.mode, bool(self.negate), self.occupied_thresh, self.free_thresh
+        )
+
+    def digest(self) -> str:
+        """Equal for equal parsed meta, however it was written down."""
+        canonical = json.dumps(_plain_numbers(self.model_dump(mode="json")), sort_keys=True, separators=(",", ":"))
+        return sha256(canonical.encode()).hexdigest()
+
+
+def parse_meta(content: bytes) -> tuple[MissionMeta, dict[str, Any]]:
+    """The meta and the JSON it came as. Raises InvalidInput with pointers below /meta."""
+    try:
+        document = json.loads(content)
+    except (ValueError, RecursionError) as error:
+        raise InvalidInput("The meta is no JSON.", (Fault("/meta", str(error)),)) from None
+    faults = tuple(Fault(pointer, "not a finite number") for pointer in _not_finite(document, "/meta"))
+    if faults:
+        raise InvalidInput("The meta has numbers that are not finite.", faults)
+    try:
+        meta = MissionMeta.model_validate_json(content)
+    except ValidationError as error:
+        raise InvalidInput("The meta can't be used.", faults_of(error, "/meta")) from None
+    return meta, document
+
+
+def stored_meta(document: dict[str, Any]) -> MissionMeta:
+    """Meta that was accepted once."""
+    return MissionMeta.model_validate_json(json.dumps(document))
+
+
+def faults_of(error: ValidationError, below: str = "") -> tuple[Fault, ...]:
+    return tuple(Fault(pointer(entry["loc"], below), entry["msg"]) for entry in error.errors())
+
+
+def pointer(location: tuple[int | str, ...], below: str = "") -> str:
+    """A JSON pointer (RFC 6901)."""
+    return below + "".join(f"/{str(part).replace('~', '~0').replace('/', '~1')}" for part in location)
+
+
+def _not_finite(value: object, at: str) -> Iterator[str]:
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _not_finite(inner, pointer((key,), at))
+    elif isinstance(value, list):
+        for index, inner in enumerate(value):
+            yield from _not_finite(inner, f"{at}/{index}")
+    elif isinstance(value, float) and not math.isfinite(value):
+        yield at
+
+
+def _plain_numbers(value: Any) -> Any:
+    """1.0 and 1 are the same number."""
+    if isinstance(value, dict):
+        return {key: _plain_numbers(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_plain_numbers(inner) for inner in value]
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    return value

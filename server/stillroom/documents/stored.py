@@ -1,0 +1,141 @@
+"""Semantic maps at rest: one versioned document with upgrade steps, never a dump of our classes.
+
+Format 1 is described in docs/formats.md. To change the format, count FORMAT up and add a step to UPGRADES; documents that
+were written before are brought up when they are read.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from shapely import Polygon
+
+from stillroom.maps.geometry import Point, Pose, as_points
+from stillroom.maps.grid import GridFrame
+from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
+from stillroom.maps.motion import Motion
+from stillroom.maps.semantics import Clutter, Divider, Ids, Restriction, Room, SemanticMap, Wall
+
+Json = dict[str, Any]
+Rings = list[list[list[float]]]
+
+FORMAT = 1
+UPGRADES: tuple[Callable[[Json], Json], ...] = ()
+"""UPGRADES[n - 1] makes a document of format n one of format n + 1."""
+
+
+def encode_map(semantic_map: SemanticMap) -> Json:
+    """The map without its ids' counters, which belong to all its versions together."""
+    m = semantic_map
+    return {
+        "format": FORMAT,
+        "frame": {
+            "resolution": m.frame.resolution,
+            "width": m.frame.width,
+            "height": m.frame.height,
+            "origin": [m.frame.origin.x, m.frame.origin.y, m.frame.origin.yaw],
+        },
+        "rooms": [
+            {
+                "id": r.id,
+                "name": r.name,
+                "segment_id": r.segment_id,
+                "polygon": rings(r.polygon),
+                "made_by": r.made_by,
+                "named_by": r.named_by,
+                "derived_from": r.derived_from,
+                "last_visited": r.last_visited,
+                "pinned": r.pinned,
+            }
+            for r in m.rooms
+        ],
+        "dividers": [
+            {"id": d.id, "line": _line(d.line), "kind": d.kind, "made_by": d.made_by, "rooms": list(d.rooms)}
+            for d in m.dividers
+        ],
+        "walls": [{"id": w.id, "line": _line(w.line), "kind": w.kind} for w in m.walls],
+        "clutter": [{"id": c.id, "polygon": rings(c.polygon)} for c in m.clutter],
+        "restrictions": [
+            {"id": r.id, "kind": r.kind, "shape": _line(r.shape), "placed": r.placed} for r in m.restrictions
+        ],
+        "meta_occupancy": [
+            {"id": o.id, "polygon": rings(o.polygon), "cell": o.cell, "since": o.since} for o in m.meta.occupancy
+        ],
+        "meta_dividers": [
+            {"id": d.id, "line": _line(d.line), "rooms": list(d.rooms), "since": d.since} for d in m.meta.dividers
+        ],
+    }
+
+
+def decode_map(document: Json, ids: Ids = Ids()) -> SemanticMap:
+    """Raises ValueError for a format of a newer program."""
+    d = upgrade(document)
+    frame = d["frame"]
+    return SemanticMap(
+        frame=GridFrame(frame["resolution"], frame["width"], frame["height"], Pose(*frame["origin"])),
+        rooms=tuple(Room(**r | {"polygon": _polygon(r["polygon"])}) for r in d["rooms"]),
+        dividers=tuple(
+            Divider(v["id"], _segment(v["line"]), v["kind"], v["made_by"], tuple(v["rooms"])) for v in d["dividers"]
+        ),
+        walls=tuple(Wall(w["id"], _points(w["line"]), w["kind"]) for w in d["walls"]),
+        clutter=tuple(Clutter(c["id"], _polygon(c["polygon"])) for c in d["clutter"]),
+        restrictions=tuple(
+            Restriction(r["id"], r["kind"], _points(r["shape"]), r["placed"]) for r in d["restrictions"]
+        ),
+        meta=MapMeta(
+            tuple(MetaOccupancy(**o | {"polygon": _polygon(o["polygon"])}) for o in d["meta_occupancy"]),
+            tuple(MetaDivider(v["id"], _segment(v["line"]), tuple(v["rooms"]), v["since"]) for v in d["meta_dividers"]),
+        ),
+        ids=ids,
+    )
+
+
+def upgrade(document: Json) -> Json:
+    """A document of any known format in the newest one."""
+    written = document["format"]
+    if not 1 <= written <= FORMAT:
+        raise ValueError(f"document format {written}; this program reads up to {FORMAT}")
+    for step in UPGRADES[written - 1 :]:
+        document = step(document)
+    return document
+
+
+def encode_motion(motion: Motion | None) -> Json | None:
+    """By its control points; None: nothing moved."""
+    if motion is None or not len(motion.source):
+        return None
+    return {"source": motion.source.tolist(), "target": motion.target.tolist()}
+
+
+def decode_motion(document: Json | None) -> Motion | None:
+    return None if document is None else Motion(as_points(document["source"]), as_points(document["target"]))
+
+
+def encode_ids(ids: Ids) -> Json:
+    return dict(ids.used)
+
+
+def decode_ids(prefix: str, used: Json) -> Ids:
+    return Ids(prefix, tuple(sorted(used.items())))
+
+
+def rings(polygon: Polygon) -> Rings:
+    """Exterior first, then holes; each closed, as GeoJSON has them."""
+    return [np.asarray(ring.coords)[:, :2].tolist() for ring in (polygon.exterior, *polygon.interiors)]
+
+
+def _polygon(coordinates: Rings) -> Polygon:
+    return Polygon(coordinates[0], coordinates[1:])
+
+
+def _line(line: tuple[Point, ...]) -> list[list[float]]:
+    return [list(point) for point in line]
+
+
+def _points(line: list[list[float]]) -> tuple[Point, ...]:
+    return tuple((x, y) for x, y in line)
+
+
+def _segment(line: list[list[float]]) -> tuple[Point, Point]:
+    start, end = _points(line)
+    return start, end

@@ -1,0 +1,22 @@
+"""Log lines on standard error: one event a line with its values; tracebacks without the values of variables."""
+
+import sys
+
+import structlog
+
+
+def configure() -> None:
+    """For people at a terminal, JSON for everybody else."""
+    if sys.stderr.isatty():
+        render = [structlog.dev.ConsoleRenderer(exception_formatter=structlog.dev.plain_traceback)]
+    else:
+        render = [structlog.processors.format_exc_info, structlog.processors.JSONRenderer()]
+    structlog.configure(
+        processors=[
+            structlog.contextvars.merge_contextvars,
+            structlog.processors.add_log_level,
+            structlog.processors.TimeStamper(fmt="iso", utc=True),
+            *render,
+        ],
+        logger_factory=structlog.PrintLoggerFactory(sys.stderr),
+    )

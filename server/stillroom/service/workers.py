@@ -1,0 +1,135 @@
+"""Worker processes, one a core: a thread beside the API would cost its callers twenty times their waiting time.
+
+Three pipes tie them to the process that serves: `work` (a byte: there is something to do), `done` (a line with a map's id: it
+changed) and `alive`, which nobody ever writes to: it ends when the serving process does, however it dies.
+"""
+
+import multiprocessing
+import multiprocessing.connection
+import os
+import select
+import signal
+import threading
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
+from time import monotonic, sleep
+
+import cv2
+import structlog
+
+from stillroom import logs
+from stillroom.service.processing import process_next
+from stillroom.store import lanes
+from stillroom.store.database import Database
+from stillroom.store.grids import GridStore
+
+IDLE_S = 5.0
+"""A worker that was not woken looks for work this often, in case a wake-up was lost."""
+_RESTART_PAUSE_S = 1.0
+
+log = structlog.get_logger()
+
+
+def run_worker(database_url: str, grid_store: str, work: Connection, done: Connection, alive: Connection) -> None:
+    """The whole life of a worker process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the serving process, which ends `alive`
+    cv2.setNumThreads(1)
+    logs.configure()
+    database, grids = Database(database_url), GridStore(grid_store)
+    while not _ended(alive):
+        try:
+            map_id = process_next(database, grids)
+        except Exception:
+            log.exception("a mission could not be processed")
+            _wait(work, alive, IDLE_S)
+            continue
+        if map_id is None:
+            with database.read() as tx:
+                ready_in = lanes.seconds_to_next(tx)
+            _wait(work, alive, IDLE_S if ready_in is None else min(max(ready_in, 0.05), IDLE_S))
+        else:
+            _tell(done, map_id)
+
+
+def _ended(alive: Connection) -> bool:
+    return bool(select.select([alive], [], [], 0)[0])
+
+
+def _wait(work: Connection, alive: Connection, seconds: float) -> None:
+    readable, _, _ = select.select([work, alive], [], [], seconds)
+    if work in readable:
+        try:
+            os.read(work.fileno(), 1)  # one byte wakes one worker
+        except BlockingIOError:
+            pass  # another was faster
+
+
+def _tell(done: Connection, map_id: int) -> None:
+    try:
+        os.write(done.fileno(), f"{map_id}\n".encode())  # shorter than PIPE_BUF: lines of several workers don't mix
+    except OSError:
+        pass  # the serving process is gone; the result is committed
+
+
+class Workers:
+    """Starts `count` worker processes, and again each that dies, until `stop`."""
+
+    def __init__(self, database_url: str, grid_store: str, count: int, changed: Callable[[int], None]) -> None:
+        self._changed = changed
+        self._work_out, self._work_in = multiprocessing.Pipe(duplex=False)
+        self._done_out, self._done_in = multiprocessing.Pipe(duplex=False)
+        self._alive_out, self._alive_in = multiprocessing.Pipe(duplex=False)
+        os.set_blocking(self._work_out.fileno(), False)
+        os.set_blocking(self._work_in.fileno(), False)
+        self._arguments = (database_url, grid_store, self._work_out, self._done_in, self._alive_out)
+        self._stopping = False
+        self._processes = [self._start() for _ in range(count)]
+        self._threads = [
+            threading.Thread(target=target, name=target.__name__, daemon=True)
+            for target in (self._supervise, self._listen)
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def pids(self) -> list[int]:
+        return [process.pid for process in self._processes if process.pid is not None]
+
+    def wake(self) -> None:
+        """There is something to do."""
+        try:
+            os.write(self._work_in.fileno(), b"\n")
+        except BlockingIOError:
+            pass  # the pipe is full of wake-ups already
+
+    def stop(self, patience_s: float = 20.0) -> None:
+        """Lets each worker finish the mission it has."""
+        self._stopping = True
+        self._alive_in.close()
+        until = monotonic() + patience_s
+        for process in self._processes:
+            process.join(max(until - monotonic(), 0))
+            if process.is_alive():
+                process.kill()
+
+    def _start(self) -> SpawnProcess:
+        process = multiprocessing.get_context("spawn").Process(target=run_worker, args=self._arguments, daemon=True)
+        process.start()
+        return process
+
+    def _supervise(self) -> None:
+        while not self._stopping and self._processes:
+            multiprocessing.connection.wait([process.sentinel for process in self._processes])
+            for index, process in enumerate(self._processes):
+                if not self._stopping and not process.is_alive():
+                    log.error("a worker died and is started again", pid=process.pid, exitcode=process.exitcode)
+                    sleep(_RESTART_PAUSE_S)
+                    self._processes[index] = self._start()
+
+    def _listen(self) -> None:
+        rest = b""
+        while chunk := os.read(self._done_out.fileno(), 65536):
+            *lines, rest = (rest + chunk).split(b"\n")
+            for line in lines:
+                self._changed(int(line))

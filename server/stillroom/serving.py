@@ -1,0 +1,65 @@
+"""`stillroom serve`: the API in this process, the workers in processes of their own."""
+
+import os
+from types import FrameType
+
+import structlog
+import uvicorn
+
+from stillroom.app import create_app
+from stillroom.service.accounts import new_login_link
+from stillroom.service.signals import Signals
+from stillroom.service.workers import Workers
+from stillroom.settings import Settings
+from stillroom.store import migrate
+from stillroom.store.database import Database
+
+GRACE_S = 5
+
+log = structlog.get_logger()
+
+
+class _Server(uvicorn.Server):
+    """Ends event streams when asked to stop, which would otherwise keep it from ending."""
+
+    def __init__(self, config: uvicorn.Config, signals: Signals) -> None:
+        super().__init__(config)
+        self._signals = signals
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        self._signals.close()
+        super().handle_exit(sig, frame)
+
+
+def default_workers() -> int:
+    """One a core that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def serve(settings: Settings, host: str, port: int, worker_count: int) -> None:
+    """Until SIGINT or SIGTERM. Brings the database to the newest schema first."""
+    database = Database(settings.database_url)
+    migrate.migrate(database)
+    signals = Signals()
+    app = create_app(settings, signals)
+    workers = Workers(settings.database_url, settings.grid_store_url, worker_count, signals.changed)
+    signals.wake_workers = workers.wake
+    config = uvicorn.Config(
+        app, host=host, port=port, log_level="warning", timeout_graceful_shutdown=GRACE_S, server_header=False
+    )
+    server = _Server(config, signals)
+    try:
+        announce(host, port, new_login_link(database), settings)
+        server.run()
+    finally:
+        workers.stop()
+        database.dispose()
+
+
+def announce(host: str, port: int, link_secret: str, settings: Settings) -> None:
+    shown = "127.0.0.1" if host in ("0.0.0.0", "::", "") else host
+    base = f"http://{f'[{shown}]' if ':' in shown else shown}:{port}"
+    print(f"stillroom serves {base}", flush=True)
+    print(f"Sign in, once, with this link: {base}/login?token={link_secret}", flush=True)
+    if settings.admin_token is None:
+        print("No operator token: set STILLROOM_ADMIN_TOKEN to use the API as an operator.", flush=True)

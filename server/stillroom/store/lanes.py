@@ -1,0 +1,103 @@
+"""One lane a map: its lock, its schedule and its lease. Missions of one map are processed in order, maps in parallel.
+
+A claimed lane is simply not ready until its lease ends, so that a worker that dies needs nobody to clean up after it.
+"""
+
+import time
+from dataclasses import dataclass
+from uuid import uuid4
+
+import sqlalchemy as sa
+
+from stillroom.store.database import Database, Transaction
+from stillroom.store.tables import lane, mission
+
+LEASE_S = 10.0
+
+
+@dataclass(frozen=True)
+class Claim:
+    """The right to process one mission, until the lease ends."""
+
+    map_id: int
+    mission_id: int
+    attempts: int
+    token: str
+
+
+def lock(tx: Transaction, map_id: int) -> str | None:
+    """Holds the lane until the end of the transaction; answers with the token that claims it."""
+    row = tx.execute(sa.select(lane.c.claim).where(lane.c.map_id == map_id).with_for_update()).one()
+    token: str | None = row.claim
+    return token
+
+
+def wake(tx: Transaction, map_id: int) -> None:
+    """There is something to do; a lane that is claimed finds out when its worker is done. The lane must be locked."""
+    idle = lane.c.map_id == map_id, lane.c.ready_at.is_(None)
+    tx.execute(sa.update(lane).where(*idle).values(ready_at=time.time()))
+
+
+def claim(database: Database) -> Claim | None:
+    """The next mission of the lane that waits longest; None where no lane is ready."""
+    now, token = time.time(), uuid4().hex
+    pick = (
+        sa.select(lane.c.map_id)
+        .where(lane.c.ready_at <= now)
+        .order_by(lane.c.ready_at)
+        .limit(1)
+        .with_for_update(skip_locked=True)
+        .scalar_subquery()
+    )
+    take = (
+        sa.update(lane)
+        .where(lane.c.map_id == pick)
+        .values(claim=token, ready_at=now + LEASE_S)
+        .returning(lane.c.map_id)
+    )
+    with database.write() as tx:
+        map_id = tx.execute(take).scalar()
+        if map_id is None:
+            return None
+        mission_id = tx.execute(_next_mission(map_id)).scalar()
+        if mission_id is None:
+            tx.execute(sa.update(lane).where(lane.c.map_id == map_id).values(claim=None, ready_at=None))
+            return None
+        begin = (
+            sa.update(mission)
+            .where(mission.c.id == mission_id)
+            .values(status="processing", attempts=mission.c.attempts + 1)
+            .returning(mission.c.attempts)
+        )
+        attempts = tx.execute(begin).scalar_one()
+    return Claim(map_id, mission_id, attempts, token)
+
+
+def renew(database: Database, held: Claim) -> None:
+    """Puts the end of the lease off, as long as the claim holds."""
+    mine = lane.c.map_id == held.map_id, lane.c.claim == held.token
+    with database.write() as tx:
+        tx.execute(sa.update(lane).where(*mine).values(ready_at=time.time() + LEASE_S))
+
+
+def release(tx: Transaction, map_id: int) -> None:
+    """Ends a claim: the lane is ready again where more missions wait. The lane must be locked."""
+    more = tx.execute(_next_mission(map_id)).scalar() is not None
+    tx.execute(
+        sa.update(lane).where(lane.c.map_id == map_id).values(claim=None, ready_at=time.time() if more else None)
+    )
+
+
+def seconds_to_next(tx: Transaction) -> float | None:
+    """Until a lane becomes ready (negative: it is); None where all rest."""
+    ready_at: float | None = tx.execute(sa.select(sa.func.min(lane.c.ready_at))).scalar()
+    return None if ready_at is None else ready_at - time.time()
+
+
+def _next_mission(map_id: int) -> sa.Select[tuple[int]]:
+    return (
+        sa.select(mission.c.id)
+        .where(mission.c.map_id == map_id, mission.c.status != "done")
+        .order_by(mission.c.epoch, mission.c.sequence, mission.c.id)
+        .limit(1)
+    )

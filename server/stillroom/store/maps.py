@@ -1,0 +1,138 @@
+"""Maps, their versions and their rooms' ids. Versions are only ever added."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+import sqlalchemy as sa
+
+from stillroom.store.database import Transaction, insert_unless_there, upsert
+from stillroom.store.rows import Json, MapRow, RoomRow, VersionHead, VersionRow, as_row, as_row_or_none, columns
+from stillroom.store.tables import lane, map_, robot, room, version
+
+_MAP = sa.select(*columns(map_, MapRow))
+_HEAD = sa.select(*columns(version, VersionHead))
+_VERSION = sa.select(*columns(version, VersionRow))
+
+
+def get(tx: Transaction, map_id: int) -> MapRow:
+    return as_row(MapRow, tx.execute(_MAP.where(map_.c.id == map_id)).one())
+
+
+def by_name(tx: Transaction, robot_id: str, name: str) -> MapRow | None:
+    query = _MAP.where(map_.c.robot_id == robot_id, map_.c.name == name)
+    return as_row_or_none(MapRow, tx.execute(query).first())
+
+
+def of_robots(tx: Transaction, robot_ids: Sequence[str]) -> Sequence[MapRow]:
+    query = _MAP.where(map_.c.robot_id.in_(robot_ids)).order_by(map_.c.robot_id, map_.c.ordinal)
+    return [as_row(MapRow, row) for row in tx.execute(query)]
+
+
+def get_or_add(tx: Transaction, robot_id: str, name: str, now: datetime) -> MapRow:
+    """The map of that name with its lane, made where there is none."""
+    found = by_name(tx, robot_id, name)
+    if found is not None:
+        return found
+    tx.execute(sa.select(robot.c.id).where(robot.c.id == robot_id).with_for_update())
+    taken = tx.execute(sa.select(sa.func.max(map_.c.ordinal)).where(map_.c.robot_id == robot_id)).scalar()
+    values = {"robot_id": robot_id, "name": name, "title": name, "ordinal": (taken or 0) + 1, "created_at": now}
+    insert_unless_there(tx, map_, values | {"review": "automatic", "used_ids": {}})
+    made = by_name(tx, robot_id, name)
+    assert made is not None
+    insert_unless_there(tx, lane, {"map_id": made.id})
+    return made
+
+
+def change_settings(tx: Transaction, map_id: int, values: Mapping[str, str]) -> None:
+    """`title` and `review`."""
+    tx.execute(sa.update(map_).where(map_.c.id == map_id).values(**values))
+
+
+def note_processed(tx: Transaction, map_id: int, epoch: int, sequence: int) -> None:
+    """The newest mission that was processed; the lane must be locked."""
+    newer = sa.or_(
+        map_.c.epoch.is_(None), map_.c.epoch < epoch, sa.and_(map_.c.epoch == epoch, map_.c.sequence < sequence)
+    )
+    tx.execute(sa.update(map_).where(map_.c.id == map_id, newer).values(epoch=epoch, sequence=sequence))
+
+
+@dataclass(frozen=True)
+class NewVersion:
+    parent: int | None
+    cause: str
+    mission: str | None
+    made_by: str
+    algorithm: str
+    grid: str
+    frame_from: int | None
+    motion: Json | None
+    document: Json
+    rooms: Sequence[tuple[str, int, str]]
+    """(id, segment id, name) of each."""
+    retired: Mapping[str, str | None]
+    """Rooms that ended -> the one that has their space."""
+    used_ids: Json
+
+
+def add_version(tx: Transaction, map_id: int, new: NewVersion, now: datetime) -> int:
+    """Adds a version after all others and puts it in force; the lane must be locked. Answers with its number."""
+    taken = tx.execute(sa.select(sa.func.max(version.c.number)).where(version.c.map_id == map_id)).scalar()
+    number: int = (taken or 0) + 1
+    tx.execute(
+        sa.insert(version).values(
+            map_id=map_id,
+            number=number,
+            parent=new.parent,
+            cause=new.cause,
+            mission=new.mission,
+            made_by=new.made_by,
+            created_at=now,
+            algorithm=new.algorithm,
+            grid=new.grid,
+            frame_from=new.frame_from,
+            motion=new.motion,
+            rooms=len(new.rooms),
+            document=new.document,
+        )
+    )
+    tx.execute(sa.update(map_).where(map_.c.id == map_id).values(head=number, used_ids=new.used_ids))
+    for ended, survivor in new.retired.items():
+        gone = room.c.map_id == map_id, room.c.id == ended
+        tx.execute(sa.update(room).where(*gone).values(retired=True, survivor=survivor))
+    living = [
+        {"map_id": map_id, "id": room_id, "segment_id": segment, "name": name, "retired": False, "survivor": None}
+        for room_id, segment, name in new.rooms
+    ]
+    upsert(tx, room, living)
+    return number
+
+
+def version_head(tx: Transaction, map_id: int, number: int) -> VersionHead | None:
+    query = _HEAD.where(version.c.map_id == map_id, version.c.number == number)
+    return as_row_or_none(VersionHead, tx.execute(query).first())
+
+
+def version_at(tx: Transaction, map_id: int, number: int) -> VersionRow | None:
+    query = _VERSION.where(version.c.map_id == map_id, version.c.number == number)
+    return as_row_or_none(VersionRow, tx.execute(query).first())
+
+
+def versions_page(tx: Transaction, map_id: int, before: int | None, limit: int) -> Sequence[VersionHead]:
+    """The newest first."""
+    query = _HEAD.where(version.c.map_id == map_id)
+    if before is not None:
+        query = query.where(version.c.number < before)
+    return [as_row(VersionHead, row) for row in tx.execute(query.order_by(version.c.number.desc()).limit(limit))]
+
+
+def heads(tx: Transaction, maps: Sequence[MapRow]) -> Mapping[int, VersionHead]:
+    """The version in force of each map that has one, by map id."""
+    query = _HEAD.join(map_, sa.and_(map_.c.id == version.c.map_id, map_.c.head == version.c.number))
+    rows = tx.execute(query.where(map_.c.id.in_([row.id for row in maps])))
+    return {head.map_id: head for head in (as_row(VersionHead, row) for row in rows)}
+
+
+def room_row(tx: Transaction, map_id: int, room_id: str) -> RoomRow | None:
+    query = sa.select(*columns(room, RoomRow)).where(room.c.map_id == map_id, room.c.id == room_id)
+    return as_row_or_none(RoomRow, tx.execute(query).first())

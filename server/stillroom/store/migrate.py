@@ -1,0 +1,38 @@
+"""Brings a database to the newest schema. The steps lie in `migrations/` beside `server/`, and inside an installed package."""
+
+from pathlib import Path
+
+import sqlalchemy as sa
+from alembic import command
+from alembic.config import Config
+from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
+
+from stillroom.store.database import Database, Transaction
+
+_PACKAGE = Path(__file__).parents[1]
+
+
+def folder() -> Path:
+    """A wheel carries the steps as `stillroom/migrations`; a checkout (editable install) has them at its top."""
+    inside = _PACKAGE / "migrations"
+    return inside if inside.is_dir() else _PACKAGE.parents[1] / "migrations"
+
+
+def config(connection: sa.Connection | None = None) -> Config:
+    settings = Config()
+    settings.set_main_option("script_location", str(folder()))
+    settings.attributes["connection"] = connection
+    return settings
+
+
+def migrate(database: Database, revision: str = "head") -> None:
+    """All steps in one transaction, so that two servers that start at once don't both make tables."""
+    with database.write() as tx:
+        command.upgrade(config(tx), revision)
+
+
+def is_current(tx: Transaction) -> bool:
+    """Whether the database is at the newest schema that this program knows."""
+    newest = ScriptDirectory.from_config(config()).get_current_head()
+    return MigrationContext.configure(tx).get_current_revision() == newest

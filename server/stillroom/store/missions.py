@@ -1,0 +1,103 @@
+"""Missions: the row is the job."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+import sqlalchemy as sa
+
+from stillroom.store.database import Transaction
+from stillroom.store.rows import Json, MissionRow, as_row, as_row_or_none, columns
+from stillroom.store.tables import mission
+
+_MISSION = sa.select(*columns(mission, MissionRow))
+
+
+@dataclass(frozen=True)
+class NewMission:
+    map_id: int
+    key: str
+    epoch: int
+    sequence: int
+    grid: str
+    meta: Json
+    meta_digest: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What processing found; never changes afterwards."""
+
+    outcome: str
+    reason: str
+    base_version: int | None
+    version: int | None
+    algorithm: str
+    succeeded_at: str | None
+    ablation: tuple[bool, bool, bool] | None
+    result: Json
+    traceback: str | None = None
+
+
+def add(tx: Transaction, new: NewMission, now: datetime) -> int:
+    values = vars(new) | {"status": "queued", "attempts": 0, "received_at": now}
+    return tx.execute(sa.insert(mission).values(values).returning(mission.c.id)).scalar_one()
+
+
+def get(tx: Transaction, mission_id: int) -> MissionRow:
+    return as_row(MissionRow, tx.execute(_MISSION.where(mission.c.id == mission_id)).one())
+
+
+def by_key(tx: Transaction, map_id: int, key: str) -> MissionRow | None:
+    query = _MISSION.where(mission.c.map_id == map_id, mission.c.key == key)
+    return as_row_or_none(MissionRow, tx.execute(query).first())
+
+
+def page(tx: Transaction, map_id: int, outcome: str | None, before: int | None, limit: int) -> Sequence[MissionRow]:
+    """The newest arrivals first."""
+    query = _MISSION.where(mission.c.map_id == map_id)
+    if outcome is not None:
+        query = query.where(mission.c.outcome == outcome)
+    if before is not None:
+        query = query.where(mission.c.id < before)
+    return [as_row(MissionRow, row) for row in tx.execute(query.order_by(mission.c.id.desc()).limit(limit))]
+
+
+def finish(tx: Transaction, mission_id: int, found: Finding, now: datetime) -> None:
+    transfer, meta_occupancy, meta_dividers = found.ablation or (None, None, None)
+    tx.execute(
+        sa.update(mission)
+        .where(mission.c.id == mission_id)
+        .values(
+            status="done",
+            finished_at=now,
+            outcome=found.outcome,
+            succeeded_at=found.succeeded_at,
+            ablation_transfer=transfer,
+            ablation_meta_occupancy=meta_occupancy,
+            ablation_meta_dividers=meta_dividers,
+            base_version=found.base_version,
+            version=found.version,
+            algorithm=found.algorithm,
+            result=found.result | {"reason": found.reason},
+            traceback=found.traceback,
+        )
+    )
+
+
+@dataclass(frozen=True)
+class Tally:
+    """Where the missions of the whole service stand."""
+
+    by_outcome: Mapping[str, int]
+    waiting: int
+    oldest_waiting_since: datetime | None
+
+
+def tally(tx: Transaction) -> Tally:
+    done = (
+        sa.select(mission.c.outcome, sa.func.count()).where(mission.c.outcome.is_not(None)).group_by(mission.c.outcome)
+    )
+    waiting = sa.select(sa.func.count(), sa.func.min(mission.c.received_at)).where(mission.c.status != "done")
+    count, since = tx.execute(waiting).one()
+    return Tally({outcome: n for outcome, n in tx.execute(done)}, count, since)

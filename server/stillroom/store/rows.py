@@ -1,0 +1,115 @@
+"""Rows as values."""
+
+from dataclasses import dataclass, fields
+from datetime import datetime
+from typing import Any, TypeVar
+
+import sqlalchemy as sa
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class RobotRow:
+    id: str
+    name: str
+    owner: str | None
+    created_at: datetime
+
+
+@dataclass(frozen=True)
+class MapRow:
+    id: int
+    robot_id: str
+    name: str
+    title: str
+    ordinal: int
+    review: str
+    head: int | None
+    epoch: int | None
+    sequence: int | None
+    used_ids: Json
+    created_at: datetime
+
+
+@dataclass(frozen=True)
+class MissionRow:
+    id: int
+    map_id: int
+    key: str
+    epoch: int
+    sequence: int
+    status: str
+    attempts: int
+    grid: str
+    meta: Json
+    meta_digest: str
+    received_at: datetime
+    finished_at: datetime | None
+    outcome: str | None
+    succeeded_at: str | None
+    ablation_transfer: bool | None
+    ablation_meta_occupancy: bool | None
+    ablation_meta_dividers: bool | None
+    base_version: int | None
+    version: int | None
+    algorithm: str | None
+    result: Json | None
+
+
+@dataclass(frozen=True)
+class VersionHead:
+    """A version without its document."""
+
+    map_id: int
+    number: int
+    parent: int | None
+    cause: str
+    mission: str | None
+    made_by: str
+    created_at: datetime
+    algorithm: str
+    grid: str
+    frame_from: int | None
+    motion: Json | None
+    rooms: int
+
+
+@dataclass(frozen=True)
+class VersionRow(VersionHead):
+    document: Json
+
+
+@dataclass(frozen=True)
+class RoomRow:
+    id: str
+    segment_id: int
+    name: str
+    retired: bool
+    survivor: str | None
+
+
+@dataclass(frozen=True)
+class EventRow:
+    id: int
+    robot_id: str
+    map_name: str
+    kind: str
+    data: Json
+    created_at: datetime
+
+
+RowT = TypeVar("RowT")
+
+
+def columns(table: sa.Table, kind: type[Any], *without: str) -> list[sa.Column[Any]]:
+    """The columns of `table` that the dataclass `kind` has a field for."""
+    return [table.c[field.name] for field in fields(kind) if field.name not in without]
+
+
+def as_row(kind: type[RowT], row: "sa.Row[Any]") -> RowT:
+    return kind(**row._mapping)
+
+
+def as_row_or_none(kind: type[RowT], row: "sa.Row[Any] | None") -> RowT | None:
+    return None if row is None else as_row(kind, row)

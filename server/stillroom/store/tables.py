@@ -1,0 +1,178 @@
+"""The tables. Rows are facts: versions, events and finished missions are never changed."""
+
+from datetime import UTC, datetime
+
+import sqlalchemy as sa
+
+metadata = sa.MetaData(
+    naming_convention={
+        "ix": "ix_%(column_0_label)s",
+        "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+        "fk": "fk_%(table_name)s_%(column_0_name)s_%(referred_table_name)s",
+        "pk": "pk_%(table_name)s",
+    }
+)
+
+BigId = sa.BigInteger().with_variant(sa.Integer, "sqlite")
+
+
+class UtcDateTime(sa.types.TypeDecorator[datetime]):
+    """A moment; aware and in UTC on our side, whatever the engine keeps."""
+
+    impl = sa.DateTime(timezone=True)
+    cache_ok = True
+
+    def process_bind_param(self, value: datetime | None, dialect: sa.Dialect) -> datetime | None:
+        if value is None:
+            return None
+        moment = value.astimezone(UTC)
+        return moment.replace(tzinfo=None) if dialect.name == "sqlite" else moment
+
+    def process_result_value(self, value: datetime | None, dialect: sa.Dialect) -> datetime | None:
+        if value is None:
+            return None
+        return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
+
+
+robot = sa.Table(
+    "robot",
+    metadata,
+    sa.Column("id", sa.String(64), primary_key=True),
+    sa.Column("name", sa.String(200), nullable=False),
+    sa.Column("owner", sa.String(320), index=True),
+    sa.Column("token_hash", sa.String(64), nullable=False, unique=True),
+    sa.Column("claim_code_hash", sa.String(64), nullable=False),
+    sa.Column("created_at", UtcDateTime, nullable=False),
+)
+
+map_ = sa.Table(
+    "map",
+    metadata,
+    sa.Column("id", BigId, primary_key=True),
+    sa.Column("robot_id", sa.ForeignKey("robot.id"), nullable=False),
+    sa.Column("name", sa.String(64), nullable=False),  # the robot's own name of the floor
+    sa.Column("title", sa.String(200), nullable=False),  # what people call it
+    sa.Column("ordinal", sa.Integer, nullable=False),  # 1 for a robot's first map
+    sa.Column("review", sa.String(16), nullable=False),
+    sa.Column("head", sa.Integer),  # number of the version in force
+    sa.Column("epoch", sa.BigInteger),  # of the newest mission that was processed
+    sa.Column("sequence", sa.BigInteger),
+    sa.Column("used_ids", sa.JSON, nullable=False),  # how many ids were given out, by kind
+    sa.Column("created_at", UtcDateTime, nullable=False),
+    sa.UniqueConstraint("robot_id", "name"),
+    sa.UniqueConstraint("robot_id", "ordinal"),
+)
+
+lane = sa.Table(
+    "lane",
+    metadata,
+    sa.Column("map_id", sa.ForeignKey("map.id"), primary_key=True),
+    sa.Column("ready_at", sa.Double),  # seconds since 1970; while claimed, the end of the lease; null: nothing to do
+    sa.Column("claim", sa.String(32)),
+)
+sa.Index(
+    "ix_lane_ready_at",
+    lane.c.ready_at,
+    sqlite_where=lane.c.ready_at.is_not(None),
+    postgresql_where=lane.c.ready_at.is_not(None),
+)
+
+mission = sa.Table(
+    "mission",
+    metadata,
+    sa.Column("id", BigId, primary_key=True),
+    sa.Column("map_id", sa.ForeignKey("map.id"), nullable=False),
+    sa.Column("key", sa.String(64), nullable=False),  # the robot's own id of the mission
+    sa.Column("epoch", sa.BigInteger, nullable=False),
+    sa.Column("sequence", sa.BigInteger, nullable=False),
+    sa.Column("status", sa.String(16), nullable=False),
+    sa.Column("attempts", sa.Integer, nullable=False),
+    sa.Column("grid", sa.String(64), nullable=False),  # SHA-256 of the bytes that were sent
+    sa.Column("meta", sa.JSON, nullable=False),  # as it was sent
+    sa.Column("meta_digest", sa.String(64), nullable=False),
+    sa.Column("received_at", UtcDateTime, nullable=False),
+    sa.Column("finished_at", UtcDateTime),
+    sa.Column("outcome", sa.String(16)),
+    sa.Column("succeeded_at", sa.String(16)),
+    sa.Column("ablation_transfer", sa.Boolean),
+    sa.Column("ablation_meta_occupancy", sa.Boolean),
+    sa.Column("ablation_meta_dividers", sa.Boolean),
+    sa.Column("base_version", sa.Integer),  # the one that was carried over
+    sa.Column("version", sa.Integer),  # the one in force afterwards
+    sa.Column("algorithm", sa.String(32)),
+    sa.Column("result", sa.JSON),
+    sa.Column("traceback", sa.Text),
+    sa.UniqueConstraint("map_id", "key"),
+)
+_unfinished = mission.c.status != "done"
+sa.Index(
+    "ix_mission_unfinished",
+    mission.c.map_id,
+    mission.c.epoch,
+    mission.c.sequence,
+    mission.c.id,
+    sqlite_where=_unfinished,
+    postgresql_where=_unfinished,
+)
+sa.Index("ix_mission_outcome", mission.c.outcome)
+
+version = sa.Table(
+    "version",
+    metadata,
+    sa.Column("map_id", sa.ForeignKey("map.id"), primary_key=True),
+    sa.Column("number", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("parent", sa.Integer),
+    sa.Column("cause", sa.String(16), nullable=False),
+    sa.Column("mission", sa.String(64)),  # key of the mission whose grid this version lies on
+    sa.Column("made_by", sa.String(400), nullable=False),
+    sa.Column("created_at", UtcDateTime, nullable=False),
+    sa.Column("algorithm", sa.String(32), nullable=False),
+    sa.Column("grid", sa.String(64), nullable=False),  # SHA-256 of the bytes that were sent
+    sa.Column("frame_from", sa.Integer),  # the version whose frame was carried over to this one
+    sa.Column("motion", sa.JSON(none_as_null=True)),  # from that frame to this one; null: the same frame
+    sa.Column("rooms", sa.Integer, nullable=False),
+    sa.Column("document", sa.JSON, nullable=False),
+)
+
+room = sa.Table(
+    "room",
+    metadata,
+    sa.Column("map_id", sa.ForeignKey("map.id"), primary_key=True),
+    sa.Column("id", sa.String(64), primary_key=True),
+    sa.Column("segment_id", sa.Integer, nullable=False),
+    sa.Column("name", sa.String(200), nullable=False),  # the last it had
+    sa.Column("retired", sa.Boolean, nullable=False),
+    sa.Column("survivor", sa.String(64)),  # the room that took its space
+    sa.UniqueConstraint("map_id", "segment_id"),
+)
+
+event = sa.Table(
+    "event",
+    metadata,
+    sa.Column("id", BigId, primary_key=True),
+    sa.Column("robot_id", sa.ForeignKey("robot.id"), nullable=False),
+    sa.Column("map_id", sa.ForeignKey("map.id"), nullable=False),
+    sa.Column("kind", sa.String(32), nullable=False),
+    sa.Column("data", sa.JSON, nullable=False),
+    sa.Column("created_at", UtcDateTime, nullable=False),
+    sqlite_autoincrement=True,
+)
+sa.Index("ix_event_robot_id_id", event.c.robot_id, event.c.id)
+
+session = sa.Table(
+    "session",
+    metadata,
+    sa.Column("hash", sa.String(64), primary_key=True),
+    sa.Column("owner", sa.String(320)),  # null: an operator's
+    sa.Column("created_at", UtcDateTime, nullable=False),
+    sa.Column("expires_at", UtcDateTime, nullable=False),
+)
+
+login_link = sa.Table(
+    "login_link",
+    metadata,
+    sa.Column("hash", sa.String(64), primary_key=True),
+    sa.Column("owner", sa.String(320)),  # null: an operator's
+    sa.Column("expires_at", UtcDateTime, nullable=False),
+    sa.Column("used_at", UtcDateTime),
+)

@@ -1,0 +1,129 @@
+"""`stillroom upload`: a robot's maps from files, as a robot would send them."""
+
+import json
+import random
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import yaml
+
+ATTEMPTS = 6
+WAIT_S = 60
+MEDIA_TYPES = {".png": "image/png", ".pgm": "image/x-portable-graymap"}
+
+
+class UploadFailed(Exception):
+    """In words for the one who called."""
+
+
+@dataclass(frozen=True)
+class Upload:
+    url: str
+    token: str
+    robot: str
+    map_name: str
+    meta: dict[str, Any]
+    """Fields of `meta` that were given; what they leave open comes from a map_server YAML file beside the image."""
+
+
+def upload_file(
+    upload: Upload, file: Path, sequence: int, client: httpx2.Client, told: Callable[[str], None]
+) -> dict[str, Any]:
+    """The mission as the service answered. Raises UploadFailed."""
+    grid, meta = read_mission(file, sequence, upload.meta)
+    mission = _mission_id(grid)
+    target = f"{upload.url}/api/v1/robots/{upload.robot}/maps/{upload.map_name}/missions/{mission}"
+    request = client.build_request(
+        "PUT",
+        target,
+        headers={"Authorization": f"Bearer {upload.token}", "Prefer": f"wait={WAIT_S}"},
+        files={
+            "meta": ("meta.json", json.dumps(meta), "application/json"),
+            "grid": (grid.name, grid.read_bytes(), MEDIA_TYPES[grid.suffix.lower()]),
+        },
+    )
+    response = send(client, request, told)
+    if response.status_code not in (200, 201, 202):
+        raise UploadFailed(f"{file}: {_explain(response)}")
+    answer: dict[str, Any] = response.json()
+    return answer
+
+
+def read_mission(file: Path, sequence: int, given: dict[str, Any]) -> tuple[Path, dict[str, Any]]:
+    """The image, and its meta: what was given wins over the YAML file. Raises UploadFailed."""
+    described = file if file.suffix.lower() in (".yaml", ".yml") else _beside(file)
+    said: dict[str, Any] = {}
+    image = file
+    if described is not None:
+        said, image = _read_yaml(described)
+        image = image if described == file else file
+    if image.suffix.lower() not in MEDIA_TYPES:
+        raise UploadFailed(f"{image}: only PNG and PGM images are read")
+    if not image.is_file():
+        raise UploadFailed(f"{image}: there is no such file")
+    meta = {"sequence": sequence} | said | given
+    missing = [name for name in ("resolution", "origin") if name not in meta]
+    if missing:
+        raise UploadFailed(f"{file}: give --{' and --'.join(missing)}, or put a map_server YAML file beside it")
+    return image, meta
+
+
+def _beside(image: Path) -> Path | None:
+    return next((path for suffix in (".yaml", ".yml") if (path := image.with_suffix(suffix)).is_file()), None)
+
+
+def _read_yaml(file: Path) -> tuple[dict[str, Any], Path]:
+    """The fields of a map_server file that `meta` has, and the image that it names."""
+    try:
+        document = yaml.safe_load(file.read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise UploadFailed(f"{file}: {error}") from None
+    if not isinstance(document, dict) or not isinstance(document.get("image"), str):
+        raise UploadFailed(f"{file}: not a map_server file (it names no image)")
+    fields = ("resolution", "origin", "mode", "negate", "occupied_thresh", "free_thresh")
+    return {name: document[name] for name in fields if name in document}, file.parent / document["image"]
+
+
+def _mission_id(image: Path) -> str:
+    """The file's name as a mission's id, so that the same file again is the same mission."""
+    allowed = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "-" for c in image.stem)
+    return allowed[:64]
+
+
+def send(client: httpx2.Client, request: httpx2.Request, told: Callable[[str], None]) -> httpx2.Response:
+    """Again, after a growing pause, where the service does not answer or says that it is busy. Raises UploadFailed."""
+    for attempt in range(1, ATTEMPTS + 1):
+        try:
+            response = client.send(request)
+        except httpx2.TransportError as error:
+            problem, pause = str(error) or type(error).__name__, _pause(attempt)
+        else:
+            if response.status_code not in (429, 503):
+                return response
+            problem, pause = _explain(response), _retry_after(response) or _pause(attempt)
+        if attempt < ATTEMPTS:
+            told(f"{problem}; trying again in {pause:.0f} s")
+            time.sleep(pause)
+    raise UploadFailed(f"{problem}; gave up after {ATTEMPTS} attempts")
+
+
+def _pause(attempt: int) -> float:
+    return min(2.0**attempt, 30.0) * random.uniform(0.5, 1.0)
+
+
+def _retry_after(response: httpx2.Response) -> float | None:
+    said = response.headers.get("Retry-After", "")
+    return min(float(said), 60.0) if said.isdecimal() else None
+
+
+def _explain(response: httpx2.Response) -> str:
+    try:
+        problem = response.json()
+        faults = "".join(f"\n  {fault['pointer']}: {fault['detail']}" for fault in problem.get("errors", []))
+        return f"{problem['title']}: {problem['detail']}{faults}"
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return f"the service answered {response.status_code}"
