@@ -5,12 +5,18 @@ from math import atan2, cos, sin
 
 import numpy as np
 import numpy.typing as npt
+import shapely
+from shapely import Polygon
 
 Points = npt.NDArray[np.float64]
 """Shape (n, 2)."""
 Point = tuple[float, float]
 Line = tuple[Point, Point]
 """A straight segment, end to end."""
+
+
+GRID_M = 0.001
+"""Coordinates are kept to the millimetre, so that equal corners are equal numbers."""
 
 
 def as_points(coordinates: object) -> Points:
@@ -49,9 +55,7 @@ class Pose:
         """The motion that does `first` and then this one."""
         c, s = cos(self.yaw), sin(self.yaw)
         yaw = self.yaw + first.yaw
-        return Pose(
-            self.x + c * first.x - s * first.y, self.y + s * first.x + c * first.y, atan2(sin(yaw), cos(yaw))
-        )
+        return Pose(self.x + c * first.x - s * first.y, self.y + s * first.x + c * first.y, atan2(sin(yaw), cos(yaw)))
 
 
 def fit_pose(source: Points, target: Points, weights: npt.NDArray[np.float64] | None = None) -> Pose:
@@ -66,3 +70,8 @@ def fit_pose(source: Points, target: Points, weights: npt.NDArray[np.float64] | 
     yaw = atan2(float((w * (s[:, 0] * t[:, 1] - s[:, 1] * t[:, 0])).sum()), float((w * (s * t).sum(1)).sum()))
     x, y = b - Pose(yaw=yaw).rotation @ a
     return Pose(float(x), float(y), yaw)
+
+
+def polygons_in(geometry: shapely.Geometry) -> list[Polygon]:
+    """The polygons in any geometry."""
+    return [g for g in shapely.get_parts(shapely.get_parts([geometry])) if isinstance(g, Polygon) and not g.is_empty]

@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import TypeVar
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -64,3 +66,22 @@ class OccupancyGrid:
     @property
     def unexplored(self) -> Mask:
         return np.equal(self.cells, Cell.UNEXPLORED)
+
+
+def distance_to(mask: Mask, resolution: float) -> npt.NDArray[np.float32]:
+    """Metres from each cell's centre to the centre of the nearest cell of `mask`; infinite where there is none."""
+    if not mask.any():
+        return np.full(mask.shape, np.inf, np.float32)
+    return cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * np.float32(resolution)
+
+
+Value = TypeVar("Value", bound=np.generic)
+
+
+def look_up(values: npt.NDArray[Value], coordinates: Points, outside: float) -> npt.NDArray[Value]:
+    """`values` at continuous cell coordinates of shape (..., 2); `outside` beyond the grid."""
+    height, width = values.shape
+    column, row = (np.floor(coordinates[..., k]).astype(np.int64) for k in (0, 1))
+    inside = (column >= 0) & (row >= 0) & (column < width) & (row < height)
+    found = values[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
+    return np.where(inside, found, values.dtype.type(outside))

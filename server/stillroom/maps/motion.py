@@ -10,7 +10,7 @@ from stillroom.maps.geometry import Points, Pose, as_points
 EXACT_M = 1e-6
 """Two coordinates nearer than this are the same vertex."""
 BLEND_M = 0.25
-"""Below this distance from a control point all points move with it alike (metres)."""
+"""Below this distance from a control point all points move with it alike."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,12 +25,18 @@ class Motion:
     target: Points
 
     @staticmethod
-    def rigid(pose: Pose, about: Points | None = None) -> "Motion":
+    def rigid(pose: Pose) -> "Motion":
         """One rigid motion for everything."""
         source = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-        if about is not None and len(about):
-            source = source + about.mean(0)
         return Motion(source, pose.apply(source))
+
+    @staticmethod
+    def through(source: Points, target: Points) -> "Motion":
+        """From tracked points (n, 2); a vertex that was tracked more than once takes the mean."""
+        _, first, group = np.unique(np.round(source / EXACT_M), axis=0, return_index=True, return_inverse=True)
+        count = np.bincount(group, minlength=len(first))
+        mean = np.stack([np.bincount(group, target[:, k], len(first)) / count for k in (0, 1)], 1)
+        return Motion(source[first], mean)
 
     def apply(self, points: Points) -> Points:
         """Points (n, 2) of the source frame in the target frame."""

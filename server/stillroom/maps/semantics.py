@@ -3,9 +3,11 @@
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+import numpy as np
+import shapely
 from shapely import Polygon
 
-from stillroom.maps.geometry import Line, Point
+from stillroom.maps.geometry import Line, Point, Points, as_points
 from stillroom.maps.grid import GridFrame
 from stillroom.maps.meta import MapMeta
 
@@ -105,3 +107,12 @@ class SemanticMap:
 
     def divider(self, divider_id: str) -> Divider | None:
         return next((divider for divider in self.dividers if divider.id == divider_id), None)
+
+    def vertices(self) -> Points:
+        """Every vertex of the map's semantics and the corners of its grid, shape (n, 2)."""
+        frame = self.frame
+        corners = as_points([(0, 0), (frame.width, 0), (frame.width, frame.height), (0, frame.height)])
+        lines = [as_points(divider.line) for divider in self.dividers] + [as_points(wall.line) for wall in self.walls]
+        rings = [shapely.get_coordinates(room.polygon) for room in self.rooms]
+        shapes = [as_points(restriction.shape) for restriction in self.restrictions]
+        return np.unique(np.concatenate([frame.to_map(corners), *rings, *lines, *shapes]), axis=0)

@@ -29,7 +29,9 @@ class Adrift:
     gap_m: float
 
 
-def attach(line: Line, floor: MultiPolygon, others: Sequence[Line], reach_m: float, stretch_m: float | None = None) -> Attached | Adrift:
+def attach(
+    line: Line, floor: MultiPolygon, others: Sequence[Line], reach_m: float, stretch_m: float | None = None
+) -> Attached | Adrift:
     """Moves each end to the first wall or divider along the divider's own line within `reach_m`, else to the nearest one within it.
 
     An end in a wall or off the floor is trimmed to the wall's face. `stretch_m`: an end that would go further than this along the line
@@ -58,7 +60,7 @@ def attach(line: Line, floor: MultiPolygon, others: Sequence[Line], reach_m: flo
         moved[end] = near[1]
     if (moved[1] - moved[0]) @ along < SHORTEST_M:
         return Adrift(1, 0.0)
-    return Attached(as_line(np.round(moved, 4)))
+    return Attached(as_line(np.round(moved, 3)))
 
 
 def _crossings(start: Points, along: Points, length: float, barriers: shapely.Geometry, reach_m: float) -> Points:

@@ -7,37 +7,31 @@ import numpy.typing as npt
 import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
-from stillroom.maps.geometry import Line, Points, as_points
-from stillroom.pipeline.walls import GRID_M, polygons_in
+from stillroom.maps.geometry import GRID_M, Line, Points, as_points, polygons_in
+from stillroom.maps.semantics import Ids, Room
 
-OVERSHOOT_M = 0.01
-"""Dividers are drawn this much past their ends, so that rounding never leaves a leak."""
 BESIDE_M = 0.03
 """Where to look for the room beside a divider."""
+SEGMENTS_A_MAP = 10_000
+"""Segment ids of a robot's second map begin here, so that one small number never names two rooms of a robot."""
 STATIONS = np.linspace(0.08, 0.92, 8)
 
 
 def partition(floor: MultiPolygon, lines: Sequence[Line], smallest_m2: float = 0.0) -> tuple[Polygon, ...]:
     """The pieces of `floor` between `lines`, largest first: valid, disjoint, with common vertices where they meet.
 
+    Snap rounding makes a corner of each divider's end that lies on an edge, however its coordinates were rounded.
     Pieces below `smallest_m2` join the neighbour with the longest common edge; without one they stay.
     """
     if floor.is_empty:
         return ()
-    edges = [shapely.boundary(floor), *(LineString(_extended(as_points(line), OVERSHOOT_M)) for line in lines)]
+    edges = [shapely.boundary(floor), *(LineString(line) for line in lines)]
     noded = shapely.union_all(edges, grid_size=GRID_M)
     faces = polygons_in(shapely.polygonize(shapely.get_parts([noded])))
     inside = shapely.contains(floor, shapely.point_on_surface(faces)) if faces else []
     pieces = [face for face, keep in zip(faces, inside, strict=True) if keep]
     pieces = _join_small(pieces, smallest_m2)
     return tuple(sorted((shapely.orient_polygons(p) for p in pieces), key=lambda p: (-p.area, p.bounds)))
-
-
-def _extended(ends: Points, by: float) -> Points:
-    """A segment (2, 2) made longer by `by` metres at both ends."""
-    along = ends[1] - ends[0]
-    along = along / max(float(np.hypot(*along)), 1e-9) * by
-    return np.stack([ends[0] - along, ends[1] + along])
 
 
 def _join_small(pieces: list[Polygon], smallest_m2: float) -> list[Polygon]:
@@ -91,5 +85,45 @@ def overlaps(first: Sequence[Polygon], second: Sequence[Polygon]) -> npt.NDArray
     if not len(first) or not len(second):
         return common
     i, j = shapely.STRtree(list(second)).query(list(first), predicate="intersects")
-    common[i, j] = shapely.area(shapely.intersection(np.array(first, dtype=object)[i], np.array(second, dtype=object)[j]))
+    common[i, j] = shapely.area(
+        shapely.intersection(np.array(first, dtype=object)[i], np.array(second, dtype=object)[j])
+    )
     return common
+
+
+def absorb(rooms: Sequence[Polygon], pieces: Sequence[Polygon]) -> list[Polygon]:
+    """`rooms` with each piece joined to the one with which it has the longest common edge; pieces that touch none are dropped."""
+    grown = list(rooms)
+    for piece in pieces:
+        common = shapely.length(shapely.intersection(piece, grown)) if grown else np.zeros(0)
+        if len(common) and common.max() > GRID_M:
+            best = int(common.argmax())
+            grown[best] = max(polygons_in(shapely.union(grown[best], piece, grid_size=GRID_M)), key=lambda p: p.area)
+    return grown
+
+
+def floor_of(rooms: Sequence[Room]) -> MultiPolygon:
+    """The floor that rooms cover together, dividers dissolved."""
+    return shapely.orient_polygons(
+        MultiPolygon(polygons_in(shapely.union_all([room.polygon for room in rooms], grid_size=GRID_M)))
+    )
+
+
+def new_rooms(polygons: Sequence[Polygon], mission_id: str | None, ids: Ids) -> tuple[tuple[Room, ...], Ids]:
+    """Rooms that nobody has named yet, with new ids."""
+    fresh, ids = ids.take("r", len(polygons))
+    rooms = tuple(
+        Room(room_id, f"Room {_number(room_id)}", segment_id(room_id), polygon, last_visited=mission_id)
+        for room_id, polygon in zip(fresh, polygons, strict=True)
+    )
+    return rooms, ids
+
+
+def _number(room_id: str) -> int:
+    return int(room_id[1:].rpartition("-")[2])
+
+
+def segment_id(room_id: str) -> int:
+    """The small integer that names a room for home automation: as stable as the id, unique over the robot's maps."""
+    ordinal = room_id[1:].rpartition("-")[0]
+    return (int(ordinal) - 1 if ordinal else 0) * SEGMENTS_A_MAP + _number(room_id)

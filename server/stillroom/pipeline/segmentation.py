@@ -14,10 +14,9 @@ import shapely
 from shapely import MultiPolygon, Polygon
 
 from stillroom.maps.geometry import Line, Points, as_line
-from stillroom.maps.grid import GridFrame, Mask
+from stillroom.maps.grid import GridFrame, Mask, look_up
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.rooms import partition, rooms_beside
-from stillroom.pipeline.walls import look_up
 
 Numbers = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -80,12 +79,14 @@ def propose_dividers(floor: MultiPolygon, mask: Mask, frame: GridFrame, params: 
     if floor.is_empty:
         return ()
     chosen = _choose(_candidates(_vertices(floor, params), mask, clearance, frame, params))
-    lines = [as_line(np.stack([a, b])) for a, b in zip(chosen.a, chosen.b, strict=True)]
+    lines = [as_line(np.round(np.stack([a, b]), 3)) for a, b in zip(chosen.a, chosen.b, strict=True)]
     pieces = partition(floor, lines)
     sides = rooms_beside(lines, pieces)
     real = [k for k, side in enumerate(sides) if len(side) >= 2]
     scores = _join_scores(chosen.take(np.array(real, dtype=np.int64)), mask, clearance, frame, params)
-    group = _join(pieces, {k: (sides[k][0], sides[k][1]) for k in real}, dict(zip(real, scores.tolist(), strict=True)), params)
+    group = _join(
+        pieces, {k: (sides[k][0], sides[k][1]) for k in real}, dict(zip(real, scores.tolist(), strict=True)), params
+    )
     return tuple(lines[k] for k in real if len({group[side] for side in sides[k]}) > 1)
 
 
@@ -101,7 +102,9 @@ def _vertices(floor: MultiPolygon, params: Params) -> _Outline:
     return _Outline(points, after, before, turn < -params.corner_turn_deg)
 
 
-def _candidates(outline: _Outline, mask: Mask, clearance: npt.NDArray[np.float32], frame: GridFrame, params: Params) -> _Cuts:
+def _candidates(
+    outline: _Outline, mask: Mask, clearance: npt.NDArray[np.float32], frame: GridFrame, params: Params
+) -> _Cuts:
     """From each corner to the nearest point of each outline edge, in sight, clear of walls at the middle."""
     shortest, longest = params.divider_length_m
     p, q = outline.points, outline.points[outline.after]
@@ -114,7 +117,7 @@ def _candidates(outline: _Outline, mask: Mask, clearance: npt.NDArray[np.float32
     i, j = np.nonzero((length > shortest) & (length < longest))
     a, b, length, share = p[corners[i]], feet[i, j], length[i, j], share[i, j]
     corner = corners[i]
-    middle = look_up(clearance, frame.to_cells((a + b) / 2), np.float32(0)) >= params.divider_clearance * length
+    middle = look_up(clearance, frame.to_cells((a + b) / 2), 0) >= params.divider_clearance * length
     i = np.flatnonzero(middle)
     margin = np.minimum(2.5 * frame.resolution / length[i], 0.45)[:, None]
     stations = margin + np.linspace(0, 1, SIGHT_SAMPLES)[None] * (1 - 2 * margin)
@@ -127,7 +130,14 @@ def _candidates(outline: _Outline, mask: Mask, clearance: npt.NDArray[np.float32
     support = np.stack(
         [
             _support(outline, a, -along, outline.after[corner], outline.before[corner], params),
-            _support(outline, b, along, np.where(end >= 0, outline.after[end], outline.after[j]), np.where(end >= 0, outline.before[end], j), params),
+            _support(
+                outline,
+                b,
+                along,
+                np.where(end >= 0, outline.after[end], outline.after[j]),
+                np.where(end >= 0, outline.before[end], j),
+                params,
+            ),
         ],
         1,
     )
@@ -144,7 +154,9 @@ def _spread(order: Indices, corner: Indices, along: Points, length: Numbers, mos
     return np.array([k for rivals in kept.values() for k in rivals], dtype=np.int64)
 
 
-def _support(outline: _Outline, start: Points, along: Points, forward: Indices, backward: Indices, params: Params) -> Numbers:
+def _support(
+    outline: _Outline, start: Points, along: Points, forward: Indices, backward: Indices, params: Params
+) -> Numbers:
     """Metres over which the outline runs on from `start` in direction `along`, walked either way round; at most `wall_support_m`."""
     slack, most = params.wall_support_slack_m, params.wall_support_m
     best = np.zeros(len(start))
@@ -181,7 +193,9 @@ def _clash(a: Points, b: Points, c: Points, d: Points) -> bool:
     """Whether the cut from a to b crosses, or has both ends with, one of the cuts from c to d (n, 2)."""
 
     def side(p: Points, q: Points, r: Points) -> Numbers:
-        return np.asarray((q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0]))
+        return np.asarray(
+            (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
+        )
 
     crosses = (side(c, d, a) * side(c, d, b) < -1e-9) & (side(a, b, c) * side(a, b, d) < -1e-9)
 
@@ -192,13 +206,17 @@ def _clash(a: Points, b: Points, c: Points, d: Points) -> bool:
     return bool((crosses | same).any())
 
 
-# -- joining -----------------------------------------------------------------------------------------------------------------------------
+# -- joining -------------------------------------------------------------------------------------------------------
 
 
-def _join_scores(cuts: _Cuts, mask: Mask, clearance: npt.NDArray[np.float32], frame: GridFrame, params: Params) -> Numbers:
+def _join_scores(
+    cuts: _Cuts, mask: Mask, clearance: npt.NDArray[np.float32], frame: GridFrame, params: Params
+) -> Numbers:
     """How much speaks for joining both sides of each cut; before size and shape of the pieces are looked at."""
     length = cuts.length
-    sides = np.array([_side_clearance(a, b, mask, clearance, frame) for a, b in zip(cuts.a, cuts.b, strict=True)]).reshape(-1, 2)
+    sides = np.array(
+        [_side_clearance(a, b, mask, clearance, frame) for a, b in zip(cuts.a, cuts.b, strict=True)]
+    ).reshape(-1, 2)
     narrowing = np.sort(np.minimum(length[:, None] / np.maximum(sides, 0.1), 2.0), axis=1)
     w = WEIGHTS
     return np.asarray(
@@ -213,7 +231,9 @@ def _join_scores(cuts: _Cuts, mask: Mask, clearance: npt.NDArray[np.float32], fr
     )
 
 
-def _side_clearance(a: Points, b: Points, mask: Mask, clearance: npt.NDArray[np.float32], frame: GridFrame) -> tuple[float, float]:
+def _side_clearance(
+    a: Points, b: Points, mask: Mask, clearance: npt.NDArray[np.float32], frame: GridFrame
+) -> tuple[float, float]:
     """Width of the floor (twice the largest clearance, metres) in the connected half discs on both sides of a cut."""
     p, q = frame.to_cells(np.stack([a, b]))
     length = float(np.hypot(*(b - a)))
@@ -229,16 +249,25 @@ def _side_clearance(a: Points, b: Points, mask: Mask, clearance: npt.NDArray[np.
     width = clearance[y0:y1:step, x0:x1:step]
     found = []
     for sign in (1.0, -1.0):
-        _, labels = cv2.connectedComponents((disc & (beyond * sign >= 0.7)).view(np.uint8), connectivity=4, ltype=cv2.CV_16U)
-        starts = np.array([[t * (q - p) + sign * o * step * np.array([-along[1], along[0]]) for o in (1.6, 2.6)] for t in (0, -0.25, 0.25)])
+        _, labels = cv2.connectedComponents(
+            (disc & (beyond * sign >= 0.7)).view(np.uint8), connectivity=4, ltype=cv2.CV_16U
+        )
+        starts = np.array(
+            [
+                [t * (q - p) + sign * o * step * np.array([-along[1], along[0]]) for o in (1.6, 2.6)]
+                for t in (0, -0.25, 0.25)
+            ]
+        )
         cells = np.floor((starts.reshape(-1, 2) + middle - (x0, y0)) / step)
-        hit = look_up(labels, cells + 0.5, np.uint16(0))
+        hit = look_up(labels, cells + 0.5, 0)
         label = hit[np.flatnonzero(hit)[0]] if hit.any() else 0
         found.append(2 * float(width[labels == label].max()) if label else 0.1)
     return found[0], found[1]
 
 
-def _join(pieces: tuple[Polygon, ...], between: dict[int, tuple[int, int]], scores: dict[int, float], params: Params) -> list[int]:
+def _join(
+    pieces: tuple[Polygon, ...], between: dict[int, tuple[int, int]], scores: dict[int, float], params: Params
+) -> list[int]:
     """Joins pieces, best score first, until nothing speaks for joining any more; the group of each piece."""
     group = list(range(len(pieces)))
     area = [piece.area for piece in pieces]
@@ -250,11 +279,11 @@ def _join(pieces: tuple[Polygon, ...], between: dict[int, tuple[int, int]], scor
 
     def evidence(pair: tuple[int, int]) -> float:
         i, j = pair
-        smaller = min(area[i], area[j])
+        smaller = float(min(area[i], area[j]))
         if smaller < params.room_area_m2:
             return 100.0 - smaller + joins[pair] * 1e-3
         value = joins[pair] - SIZE_WEIGHT * float(np.log(smaller / SIZE_UNIT_M2))
-        hollow = shapely.union(hull[i], hull[j]).convex_hull.area - hull[i].area - hull[j].area
+        hollow = float(shapely.union(hull[i], hull[j]).convex_hull.area - hull[i].area - hull[j].area)
         return value - HOLLOW_WEIGHT * min(max(hollow, 0.0) / smaller, 2.0)
 
     ranked = {pair: evidence(pair) for pair in joins}

@@ -1,15 +1,20 @@
 """Semantic map update (paper, Figure 1): from the previous map and a mission to a new map, or back to the previous one."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from typing import Literal
 
+from stillroom.maps.constraints import Violation, violations
 from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.mission import Mission
-from stillroom.maps.motion import Motion
+from stillroom.maps.motion import IDENTITY, Motion
 from stillroom.maps.semantics import Ids, SemanticMap
+from stillroom.pipeline.conflicts import RoomScore, score_rooms
+from stillroom.pipeline.creation import create_map
 from stillroom.pipeline.params import PARAMS, Params
+from stillroom.pipeline.registration import align
+from stillroom.pipeline.transfer import Transfer, track, transfer_semantics
 
 Outcome = Literal["created", "updated", "resolved", "needs_review", "reverted", "parked"]
 Row = Literal["transfer", "meta_occupancy", "meta_dividers"]
@@ -19,18 +24,6 @@ Stage = Callable[[str], AbstractContextManager[None]]
 
 def untimed(_name: str) -> AbstractContextManager[None]:
     return nullcontext()
-
-
-@dataclass(frozen=True)
-class RoomScore:
-    """How well one previous room was carried over: overlap C, only previous A, only candidate B; precision C/(B+C), recall C/(A+C)."""
-
-    id: str
-    name: str
-    precision: float
-    recall: float
-    passed: bool
-    visited: bool = True
 
 
 @dataclass(frozen=True)
@@ -49,6 +42,8 @@ class MapUpdate:
     outcome: Outcome
     map: SemanticMap
     taken: bool
+    reason: str
+    """A sentence for a person."""
     succeeded_at: Row | None = None
     ablation: Ablation | None = None
     rooms: tuple[RoomScore, ...] = ()
@@ -60,15 +55,87 @@ class MapUpdate:
     candidate: SemanticMap | None = None
     """The map that was judged, taken or not."""
     warnings: tuple[str, ...] = ()
-    reason: str = ""
-    """A sentence for a person."""
 
 
-def create_semantic_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = PARAMS, stage: Stage = untimed) -> MapUpdate:
+def create_semantic_map(
+    grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = PARAMS, stage: Stage = untimed
+) -> MapUpdate:
     """The first mission of a map: its semantics by algorithm."""
-    raise NotImplementedError
+    with stage("create"):
+        created = create_map(grid, mission_id, ids, params)
+    count = len(created.rooms)
+    reason = f"The first map: {count} room{'s' * (count != 1)} found."
+    return MapUpdate("created", created, taken=True, reason=reason, candidate=created)
 
 
 def update_map(previous: SemanticMap, mission: Mission, params: Params = PARAMS, stage: Stage = untimed) -> MapUpdate:
     """Carries the semantics of `previous` over to the mission's grid and decides whether the result is taken."""
-    raise NotImplementedError
+    with stage("align"):
+        tracked_by_robot = mission.motion is not None
+        reach = params.alignment_reach_m if tracked_by_robot else params.search_reach_m
+        alignment = align(previous, mission.motion or IDENTITY, mission.grid, reach, params)
+    if not tracked_by_robot and alignment.share < params.alignment_share:
+        reason = "The robot did not say how its map moved, and its walls could not be matched to this map's."
+        return MapUpdate("parked", previous, taken=False, reason=reason)
+    with stage("transfer"):
+        tracked = track(previous, alignment.motion, mission.grid.frame)
+        transfer = transfer_semantics(tracked, mission.grid, mission.id, params)
+    with stage("conflicts"):
+        rooms = score_rooms(tracked, transfer.candidate, transfer.visited, params)
+        broken = violations(transfer.candidate, mission.grid, params.wall_reach_m)
+    return decide(previous, alignment.motion, transfer, rooms, broken)
+
+
+def decide(
+    previous: SemanticMap, motion: Motion, transfer: Transfer, rooms: Sequence[RoomScore], broken: Sequence[Violation]
+) -> MapUpdate:
+    """Update or revert: the candidate is taken where every previous room was carried over and every constraint holds."""
+    carried = all(room.passed for room in rooms)
+    taken = carried and not broken
+    return MapUpdate(
+        outcome="updated" if taken else "reverted",
+        map=transfer.candidate if taken else previous,
+        taken=taken,
+        reason=_reason(rooms, broken, transfer),
+        succeeded_at="transfer" if taken else None,
+        ablation=Ablation(carried, carried, carried),
+        rooms=tuple(rooms),
+        discovered=transfer.new_rooms if taken else (),
+        motion=motion,
+        candidate=transfer.candidate,
+        warnings=_warnings(previous, transfer, broken),
+    )
+
+
+def _reason(rooms: Sequence[RoomScore], broken: Sequence[Violation], transfer: Transfer) -> str:
+    lost = [room for room in rooms if not room.passed]
+    if lost:
+        said = ", ".join(_loss(room) for room in lost)
+        return f"The previous map was kept: {said}."
+    if broken:
+        return f"The previous map was kept: the new one would break a rule ({broken[0].constraint})."
+    new = len(transfer.new_rooms)
+    found = f" {new} new room{'s' * (new != 1)} found." if new else ""
+    return "All rooms were carried over." + found
+
+
+def _loss(room: RoomScore) -> str:
+    if room.recall == 0:
+        return f"{room.name} was not found again"
+    if room.recall <= room.precision:
+        return f"{1 - room.recall:.0%} of {room.name} is gone"
+    return f"{room.name} ran into its surroundings, only {room.precision:.0%} of it was {room.name} before"
+
+
+def _warnings(previous: SemanticMap, transfer: Transfer, broken: Sequence[Violation]) -> tuple[str, ...]:
+    named = {room.id: room.name for room in previous.rooms}
+
+    def between(divider_id: str) -> str:
+        divider = previous.divider(divider_id)
+        rooms = [named[room] for room in divider.rooms if room in named] if divider else []
+        return f"The divider {divider_id}" + (f" between {' and '.join(rooms)}" if rooms else "")
+
+    lines = [f"{between(d)} found no wall to end on." for d in transfer.lost_dividers]
+    lines += [f"{between(d)} looks shut; the rooms on both sides were kept." for d in transfer.shut_dividers]
+    lines += [f"{v.feature}: {v.constraint}, but {v.detail}." for v in broken]
+    return tuple(lines)

@@ -11,17 +11,16 @@ import numpy.typing as npt
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from stillroom.maps.geometry import Points, as_points
-from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid
+from stillroom.maps.geometry import GRID_M, Points, as_points, polygons_in
+from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid, look_up
 from stillroom.maps.semantics import Clutter, Wall, WallKind
 from stillroom.pipeline.params import Params
 
-GRID_M = 0.001
-"""Coordinates are kept to the millimetre, so that equal corners are equal numbers."""
+Pixels = npt.NDArray[np.int32]
+"""Shape (n, 2), column and row of cells."""
+
 SHORTEST_FIT = 6
 """An edge of fewer cells than this is too short to fit a line to."""
-OPEN_RUN_M = 0.30
-"""Shorter stretches of outline without an obstacle still are wall."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +70,7 @@ def seal_diagonals(floor: Mask) -> Mask:
     return sealed
 
 
-# -- outline ---------------------------------------------------------------------------------------------------------------------------
+# -- outline -------------------------------------------------------------------------------------------------------
 
 
 def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 0.0) -> MultiPolygon:
@@ -88,7 +87,7 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
     shells: dict[int, Polygon] = {}
     holes: dict[int, list[Polygon]] = {}
     for i, contour in enumerate(contours):
-        ring = _ring(contour.reshape(-1, 2), tolerance, hole=parents[i] >= 0)
+        ring = _ring(contour.reshape(-1, 2).astype(np.int32), tolerance, hole=parents[i] >= 0)
         if ring is None:
             continue
         if parents[i] < 0:
@@ -105,17 +104,12 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
     return shapely.orient_polygons(MultiPolygon(polygons_in(snapped)))
 
 
-def polygons_in(geometry: shapely.Geometry) -> list[Polygon]:
-    """The polygons in any geometry."""
-    return [g for g in shapely.get_parts(shapely.get_parts([geometry])) if isinstance(g, Polygon) and not g.is_empty]
-
-
-def _ring(contour: npt.NDArray[np.int32], tolerance: float, hole: bool) -> Polygon | None:
+def _ring(contour: Pixels, tolerance: float, hole: bool) -> Polygon | None:
     """One border of the floor as a valid polygon in continuous cell coordinates; None where nothing is left of it.
 
     `contour`: (n, 2), indices of the floor's border cells in order, as findContours gives them.
     """
-    corners = cv2.approxPolyDP(contour, tolerance, True).reshape(-1, 2)
+    corners = cv2.approxPolyDP(contour, tolerance, True).reshape(-1, 2).astype(np.int32)
     if len(corners) >= 3:
         fitted = _straighten(contour, corners, tolerance, hole)
         if fitted is not None:
@@ -126,12 +120,13 @@ def _ring(contour: npt.NDArray[np.int32], tolerance: float, hole: bool) -> Polyg
     return None if largest is None else Polygon(largest.exterior)
 
 
-def _straighten(contour: npt.NDArray[np.int32], corners: npt.NDArray[np.int32], tolerance: float, hole: bool) -> Polygon | None:
+def _straighten(contour: Pixels, corners: Pixels, tolerance: float, hole: bool) -> Polygon | None:
     """Fits a line to the border cells of each edge, moves it out to the wall's face, and intersects neighbours; None where that fails."""
     order, at = _in_order(contour, corners)
     if len(at) < 3:
         return None
-    points, starts = order + 0.5, order[at] + 0.5
+    points = order.astype(np.float64) + 0.5
+    starts = points[at]
     ends = np.roll(starts, -1, axis=0)
     signed = float(np.sum(starts[:, 0] * ends[:, 1] - ends[:, 0] * starts[:, 1]))
     centres, directions = _fit_edges(points, at, (starts + ends) / 2, ends - starts)
@@ -143,9 +138,7 @@ def _straighten(contour: npt.NDArray[np.int32], corners: npt.NDArray[np.int32], 
     return polygon
 
 
-def _in_order(
-    contour: npt.NDArray[np.int32], corners: npt.NDArray[np.int32]
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int64]]:
+def _in_order(contour: Pixels, corners: Pixels) -> tuple[Pixels, npt.NDArray[np.int64]]:
     """The contour turned so that it begins at the first corner, and where in it each corner stands."""
     key = contour[:, 0].astype(np.int64) << 32 | contour[:, 1]
     wanted = corners[:, 0].astype(np.int64) << 32 | corners[:, 1]
@@ -193,20 +186,24 @@ def _meet(centres: Points, directions: Points, normals: Points, corners: Points,
     return np.where(good[:, None], crossing, (a + b) / 2)
 
 
-# -- features --------------------------------------------------------------------------------------------------------------------------
+# -- features ------------------------------------------------------------------------------------------------------
 
 
-def wall_features(floor: MultiPolygon, occupied_distance: npt.NDArray[np.float32], frame: GridFrame, version: str, params: Params) -> tuple[Wall, ...]:
+def wall_features(
+    floor: MultiPolygon, occupied_distance: npt.NDArray[np.float32], frame: GridFrame, version: str, params: Params
+) -> tuple[Wall, ...]:
     """The outline as polylines, floor on their left: `wall` within the wall distance of occupied cells, `open` elsewhere.
 
-    `occupied_distance`: (height, width), metres from each cell's centre to the nearest occupied cell's. `version` keeps ids apart from other versions'.
+    `occupied_distance`: (height, width), metres from each cell's centre to the nearest occupied cell's.
+    `version` keeps ids apart from other versions'.
     """
     pieces: list[tuple[WallKind, Points]] = []
     for polygon in floor.geoms:
         for ring in (polygon.exterior, *polygon.interiors):
             pieces += _ring_pieces(shapely.get_coordinates(ring), occupied_distance, frame, params)
     return tuple(
-        Wall(f"w{version}-{i}", tuple(map(tuple, np.round(line, 4).tolist())), kind) for i, (kind, line) in enumerate(pieces, 1)
+        Wall(f"w{version}-{i}", tuple(map(tuple, np.round(line, 4).tolist())), kind)
+        for i, (kind, line) in enumerate(pieces, 1)
     )
 
 
@@ -219,8 +216,7 @@ def _ring_pieces(
     stations = np.concatenate([[0.0], np.cumsum(lengths)])
     at = np.arange(0.0, stations[-1], step)
     samples = np.stack([np.interp(at, stations, ring[:, k]) for k in (0, 1)], 1)
-    near = look_up(occupied_distance, frame.to_cells(samples), np.float32(np.inf)) <= params.wall_reach_m + step
-    runs = _smooth_runs(near, max(1, round(OPEN_RUN_M / step)))
+    runs = look_up(occupied_distance, frame.to_cells(samples), np.inf) <= params.wall_reach_m + step
     if runs.all() or not runs.any():
         return [("wall" if runs[0] else "open", ring)]
     cuts = np.flatnonzero(runs != np.roll(runs, 1))
@@ -233,38 +229,26 @@ def _ring_pieces(
     return pieces
 
 
-def _smooth_runs(near: npt.NDArray[np.bool_], shortest: int) -> npt.NDArray[np.bool_]:
-    """A cyclic sequence with its open runs shorter than `shortest` closed."""
-    kernel = np.ones((1, 2 * (shortest // 2) + 1), np.uint8)
-    pad = min(len(near), shortest + 1)
-    cyclic = np.concatenate([near[-pad:], near, near[:pad]]).astype(np.uint8)[None]
-    closed = cv2.morphologyEx(cyclic, cv2.MORPH_CLOSE, kernel)
-    return np.asarray(closed[0, pad : pad + len(near)] > 0)
-
-
 def clutter_features(clutter: Mask, frame: GridFrame, version: str, params: Params) -> tuple[Clutter, ...]:
     """Each object as a polygon in the map frame around its cells."""
     contours, _ = cv2.findContours(clutter.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     found: list[Polygon] = []
     for contour in contours:
         points = cv2.approxPolyDP(contour, 1.0, True).reshape(-1, 2) + 0.5
-        shape = Polygon(points) if len(points) >= 3 else shapely.LineString(points) if len(points) == 2 else shapely.Point(points[0])
+        shape = (
+            Polygon(points)
+            if len(points) >= 3
+            else shapely.LineString(points)
+            if len(points) == 2
+            else shapely.Point(points[0])
+        )
         grown = shapely.buffer(shapely.make_valid(shape), 0.5, join_style="mitre", cap_style="square")
-        found += [Polygon(p.exterior) for p in polygons_in(grown) if p.area * frame.resolution**2 >= params.clutter_shown_m2]
-    placed = shapely.transform(np.array(found, dtype=object), lambda p: np.round(frame.to_map(as_points(p)), 4)) if found else []
+        found += [
+            Polygon(p.exterior) for p in polygons_in(grown) if p.area * frame.resolution**2 >= params.clutter_shown_m2
+        ]
+    placed = (
+        shapely.transform(np.array(found, dtype=object), lambda p: np.round(frame.to_map(as_points(p)), 4))
+        if found
+        else []
+    )
     return tuple(Clutter(f"k{version}-{i}", polygon) for i, polygon in enumerate(placed, 1))
-
-
-def distance_to(mask: Mask, resolution: float) -> npt.NDArray[np.float32]:
-    """Metres from each cell's centre to the centre of the nearest cell of `mask`; infinite where there is none."""
-    if not mask.any():
-        return np.full(mask.shape, np.inf, np.float32)
-    return cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * np.float32(resolution)
-
-
-def look_up(values: npt.NDArray[np.generic], coordinates: Points, outside: np.generic | bool | int) -> npt.NDArray[np.generic]:
-    """`values` at continuous cell coordinates of shape (..., 2); `outside` beyond the grid."""
-    height, width = values.shape
-    column, row = (np.floor(coordinates[..., k]).astype(np.int64) for k in (0, 1))
-    inside = (column >= 0) & (row >= 0) & (column < width) & (row < height)
-    return np.where(inside, values[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)], outside)

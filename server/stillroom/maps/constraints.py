@@ -1,0 +1,137 @@
+"""Semantic constraints (paper, Tables I and II) as functions that return what violates them.
+
+That occupancy pixels are sensed by the robot and never altered holds by construction: grids are read-only and stored by content.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import LineString
+
+from stillroom.maps.geometry import Points, as_points
+from stillroom.maps.grid import OccupancyGrid, distance_to, look_up
+from stillroom.maps.meta import MetaDivider
+from stillroom.maps.semantics import Divider, SemanticMap, Wall
+
+TOUCH_M = 0.01
+"""Nearer than this is touching: coordinates are kept to the millimetre and edges to rounding."""
+OVERLAP_M2 = 0.001
+SAMPLE_M = 0.05
+
+
+@dataclass(frozen=True)
+class Violation:
+    """`feature` is the id of what is wrong."""
+
+    constraint: str
+    feature: str
+    detail: str
+
+
+Constraint = Callable[[SemanticMap, OccupancyGrid, float], Iterator[Violation]]
+"""The map, the grid it lies on, and the paper's wall distance in metres."""
+
+
+def violations(semantic_map: SemanticMap, grid: OccupancyGrid, wall_reach_m: float) -> tuple[Violation, ...]:
+    """Everything in the map that breaks a constraint."""
+    return tuple(violation for constraint in CONSTRAINTS for violation in constraint(semantic_map, grid, wall_reach_m))
+
+
+def clutter_lies_on_occupancy(semantic_map: SemanticMap, grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:
+    distance = distance_to(grid.occupied, grid.frame.resolution)
+    for clutter in semantic_map.clutter:
+        if _at(distance, shapely.get_coordinates(clutter.polygon), grid).min() > 2 * grid.frame.resolution:
+            yield Violation("clutter lies on occupancy pixels", clutter.id, "no occupied cell under it")
+
+
+def walls_lie_near_occupancy(semantic_map: SemanticMap, grid: OccupancyGrid, reach_m: float) -> Iterator[Violation]:
+    distance = distance_to(grid.occupied, grid.frame.resolution)
+    for wall in semantic_map.walls:
+        if wall.kind == "wall":
+            samples = shapely.get_coordinates(shapely.segmentize(LineString(wall.line), SAMPLE_M))
+            gap = float(_at(distance, samples, grid).max())
+            if gap > reach_m + 2 * grid.frame.resolution:
+                yield Violation(
+                    "a wall lies within the wall distance of occupied pixels", wall.id, f"{gap:.2f} m away from any"
+                )
+
+
+def dividers_end_on_walls_or_dividers(
+    semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float
+) -> Iterator[Violation]:
+    walls = _lines(semantic_map.walls)
+    for divider in semantic_map.dividers:
+        others = [LineString(other.line) for other in semantic_map.dividers if other.id != divider.id]
+        yield from _loose_ends(
+            "a divider ends on a wall or another divider", divider.id, as_points(divider.line), walls + others
+        )
+
+
+def meta_dividers_end_on_walls_or_meta_dividers(
+    semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float
+) -> Iterator[Violation]:
+    walls = _lines(semantic_map.walls) + _lines(semantic_map.dividers)
+    for divider in semantic_map.meta.dividers:
+        others = [LineString(other.line) for other in semantic_map.meta.dividers if other.id != divider.id]
+        yield from _loose_ends(
+            "a meta-divider ends on a wall or meta-divider", divider.id, as_points(divider.line), walls + others
+        )
+
+
+def _loose_ends(constraint: str, feature: str, ends: Points, barriers: list[LineString]) -> Iterator[Violation]:
+    for end in ends:
+        gap = float(shapely.distance(shapely.Point(end), shapely.MultiLineString(barriers))) if barriers else np.inf
+        if gap > TOUCH_M:
+            yield Violation(
+                constraint, feature, f"the end at ({end[0]:.2f}, {end[1]:.2f}) is {gap:.2f} m away from any"
+            )
+
+
+def rooms_are_enclosed(semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:
+    """Every edge of a room is a wall section, a divider or a meta-divider."""
+    dividers = _lines(semantic_map.dividers) + _lines(semantic_map.meta.dividers)
+    barriers = shapely.union_all(_lines(semantic_map.walls) + dividers)
+    shapely.prepare(barriers)
+    for room in semantic_map.rooms:
+        ring = shapely.segmentize(shapely.boundary(room.polygon), 0.25)
+        if not shapely.dwithin(barriers, shapely.points(shapely.get_coordinates(ring)), TOUCH_M).all():
+            yield Violation(
+                "a room is enclosed by wall sections and dividers", room.id, "part of its boundary is neither"
+            )
+
+
+def rooms_are_valid_and_disjoint(semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:
+    polygons = [room.polygon for room in semantic_map.rooms]
+    for room in semantic_map.rooms:
+        if not room.polygon.is_valid or room.polygon.is_empty:
+            yield Violation("a room is one valid polygon", room.id, shapely.is_valid_reason(room.polygon))
+    if all(polygon.is_valid for polygon in polygons):
+        for i, j in shapely.STRtree(polygons).query(polygons, predicate="intersects").T.tolist():
+            if i < j and (common := shapely.intersection(polygons[i], polygons[j]).area) > OVERLAP_M2:
+                yield Violation(
+                    "rooms are disjoint",
+                    semantic_map.rooms[i].id,
+                    f"{common:.3f} m2 also belong to {semantic_map.rooms[j].id}",
+                )
+
+
+CONSTRAINTS: tuple[Constraint, ...] = (
+    clutter_lies_on_occupancy,
+    walls_lie_near_occupancy,
+    dividers_end_on_walls_or_dividers,
+    meta_dividers_end_on_walls_or_meta_dividers,
+    rooms_are_enclosed,
+    rooms_are_valid_and_disjoint,
+)
+
+
+def _lines(features: Sequence[Wall] | Sequence[Divider] | Sequence[MetaDivider]) -> list[LineString]:
+    return [LineString(feature.line) for feature in features]
+
+
+def _at(values: npt.NDArray[np.float32], points: Points, grid: OccupancyGrid) -> npt.NDArray[np.float32]:
+    """`values` at points (n, 2) of the map frame."""
+    return look_up(values, grid.frame.to_cells(points), np.inf)
