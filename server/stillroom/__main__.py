@@ -5,6 +5,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -177,19 +178,17 @@ def _upload(options: argparse.Namespace) -> int:
         for index, file in enumerate(options.files):
             place = f"[{index + 1}/{len(options.files)}] {file.name}: "
             try:
-                mission = upload_file(
-                    upload,
-                    file,
-                    options.sequence + index,
-                    client,
-                    lambda text, at=place: print(at + text, file=sys.stderr),
-                )
+                mission = upload_file(upload, file, options.sequence + index, client, partial(_progress, place))
             except UploadFailed as error:
                 print(f"stillroom: {error}", file=sys.stderr)
                 return 1
             print(place + _told(mission), flush=True)
             all_taken &= mission["outcome"] in ("created", "updated", "resolved")
     return 0 if all_taken else 2
+
+
+def _progress(place: str, text: str) -> None:
+    print(place + text, file=sys.stderr)
 
 
 def _meta(options: argparse.Namespace) -> dict[str, Any]:

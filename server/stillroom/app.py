@@ -7,7 +7,7 @@ from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from stillroom import __version__
-from stillroom.api import events, health, maps, missions, problems, robots, web
+from stillroom.api import events, health, maps, missions, problems, robots, schema, web
 from stillroom.api.context import Parts
 from stillroom.service.signals import Signals
 from stillroom.settings import Settings
@@ -40,6 +40,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
     app.add_middleware(SecurityHeaders)
     for router in (robots.router, missions.router, maps.router, events.router, health.router, problems.router):
         app.include_router(router)
+    schema.install(app)
     app.include_router(web.router)  # last: it takes every path that is left
     return app
 

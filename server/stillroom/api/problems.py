@@ -82,7 +82,7 @@ def _problem(
         detail=detail,
         errors=[FaultDocument(pointer=fault.pointer, detail=fault.detail) for fault in faults],
         retryable=retryable,
-        **(extra or {}),  # type: ignore[arg-type]  # further members are allowed
+        **(extra or {}),
     )
     return Response(body.model_dump_json(), status, headers, MEDIA_TYPE)
 
@@ -108,11 +108,9 @@ def _location(location: tuple[int | str, ...], body: object) -> str:
         return pointer(location[1:])
     real: list[int | str] = []
     for part in path:
-        if (isinstance(body, dict) and part in body) or (isinstance(body, list) and isinstance(part, int) and part < len(body)):
-            body = body[part]
-        else:
-            continue
-        real.append(part)
+        if (isinstance(body, dict) and part in body) or (isinstance(body, list) and isinstance(part, int)):
+            body = body[part]  # type: ignore[index]
+            real.append(part)
     return pointer((*real, last))
 
 

@@ -115,7 +115,7 @@ def _decode_png(content: bytes) -> tuple[Grey, npt.NDArray[np.bool_] | None]:
     if pixels is None or pixels.shape[:2] != (height, width) or pixels.dtype != np.uint8:
         raise _cut_off("PNG")
     if pixels.ndim == 2:
-        return pixels, None
+        return np.asarray(pixels, np.uint8), None
     colours, alpha = pixels[..., :3], pixels[..., 3] if pixels.shape[2] == 4 else None
     transparent = None if alpha is None else np.equal(alpha, 0)
     coloured = (colours[..., 0] != colours[..., 1]) | (colours[..., 1] != colours[..., 2])
@@ -123,7 +123,7 @@ def _decode_png(content: bytes) -> tuple[Grey, npt.NDArray[np.bool_] | None]:
         coloured &= ~transparent
     if coloured.any():
         raise InvalidGrid("The grid has colours; send grey levels.", (Fault("/grid", "colours"),))
-    return np.ascontiguousarray(colours[..., 0]), transparent
+    return np.ascontiguousarray(colours[..., 0], np.uint8), transparent
 
 
 _PGM_HEADER = re.compile(rb"P([25])(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})\s")

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from stillroom.maps.motion import IDENTITY, Motion
 
 Step = tuple[int | None, Motion | None]
-"""(The version whose frame was carried over, the motion from that frame; None: the same frame)."""
+"""(The version whose frame was carried over, None: none; the motion from that frame, None: the same frame)."""
 
 
 def motion_between(step: Callable[[int], Step | None], start: int, end: int) -> Motion | None:
@@ -20,11 +20,11 @@ def motion_between(step: Callable[[int], Step | None], start: int, end: int) -> 
         found = step(newer)
         if found is None or found[0] is None:
             return None
-        older, motion = found
+        older, motion = found[0], found[1] or IDENTITY
         if newer == start:
-            up = (motion or IDENTITY).inverse().after(up)
+            up = motion.inverse().after(up)
             start = older
         else:
-            down = down.after(motion or IDENTITY)
+            down = down.after(motion)
             end = older
     return down.after(up)

@@ -75,10 +75,8 @@ def process_next(database: Database, grids: GridStore) -> int | None:
     if claim is None:
         return None
     with _renewed(database, claim):
-        if claim.attempts > MAX_ATTEMPTS:
-            process = partial(_give_up, database, claim)
-        else:
-            process = partial(_process, database, grids, claim)
+        give_up = claim.attempts > MAX_ATTEMPTS
+        process = partial(_give_up, database, claim) if give_up else partial(_process, database, grids, claim)
         # A person may have edited the map meanwhile: then the mission is carried over from the edited map.
         while not process():
             pass

@@ -11,6 +11,7 @@ import select
 import signal
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from time import monotonic, sleep
@@ -59,17 +60,13 @@ def _ended(alive: Connection) -> bool:
 def _wait(work: Connection, alive: Connection, seconds: float) -> None:
     readable, _, _ = select.select([work, alive], [], [], seconds)
     if work in readable:
-        try:
+        with suppress(BlockingIOError):  # another was faster
             os.read(work.fileno(), 1)  # one byte wakes one worker
-        except BlockingIOError:
-            pass  # another was faster
 
 
 def _tell(done: Connection, map_id: int) -> None:
-    try:
+    with suppress(OSError):  # the serving process is gone; the result is committed
         os.write(done.fileno(), f"{map_id}\n".encode())  # shorter than PIPE_BUF: lines of several workers don't mix
-    except OSError:
-        pass  # the serving process is gone; the result is committed
 
 
 class Workers:
@@ -98,10 +95,8 @@ class Workers:
 
     def wake(self) -> None:
         """There is something to do."""
-        try:
+        with suppress(BlockingIOError):  # the pipe is full of wake-ups already
             os.write(self._work_in.fileno(), b"\n")
-        except BlockingIOError:
-            pass  # the pipe is full of wake-ups already
 
     def stop(self, patience_s: float = 20.0) -> None:
         """Lets each worker finish the mission it has."""

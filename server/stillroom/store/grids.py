@@ -1,6 +1,7 @@
 """Grids as the robots sent them, by content: the key is the SHA-256 of the bytes. Never altered, never deleted."""
 
 import os
+from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 
@@ -20,16 +21,14 @@ class GridStore:
     def put(self, content: bytes) -> str:
         """Stores the bytes durably; answers with their key. The same bytes again are the same grid."""
         key = sha256(content).hexdigest()
-        try:
+        with suppress(AlreadyExistsError):
             self._store.put(_path(key), content, mode="create")
-        except AlreadyExistsError:
-            pass
         if self._folder is not None:
             _sync(self._folder / _path(key), self._folder)
         return key
 
     def get(self, key: str) -> bytes:
-        """Raises FileNotFoundError where there is no such grid, ValueError where the bytes are not those that were stored."""
+        """Raises FileNotFoundError where there is none, ValueError where the bytes are not those that were stored."""
         content = self._store.get(_path(key)).bytes().to_bytes()
         if sha256(content).hexdigest() != key:
             raise ValueError(f"the stored grid {key} was damaged")

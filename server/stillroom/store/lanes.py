@@ -94,7 +94,7 @@ def seconds_to_next(tx: Transaction) -> float | None:
     return None if ready_at is None else ready_at - time.time()
 
 
-def _next_mission(map_id: int) -> sa.Select[tuple[int]]:
+def _next_mission(map_id: int) -> sa.Select[int]:
     return (
         sa.select(mission.c.id)
         .where(mission.c.map_id == map_id, mission.c.status != "done")

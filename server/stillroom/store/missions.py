@@ -41,7 +41,8 @@ class Finding:
 
 def add(tx: Transaction, new: NewMission, now: datetime) -> int:
     values = vars(new) | {"status": "queued", "attempts": 0, "received_at": now}
-    return tx.execute(sa.insert(mission).values(values).returning(mission.c.id)).scalar_one()
+    made: int = tx.execute(sa.insert(mission).values(values).returning(mission.c.id)).scalar_one()
+    return made
 
 
 def get(tx: Transaction, mission_id: int) -> MissionRow:
@@ -100,4 +101,4 @@ def tally(tx: Transaction) -> Tally:
     )
     waiting = sa.select(sa.func.count(), sa.func.min(mission.c.received_at)).where(mission.c.status != "done")
     count, since = tx.execute(waiting).one()
-    return Tally({outcome: n for outcome, n in tx.execute(done)}, count, since)
+    return Tally({row[0]: row[1] for row in tx.execute(done)}, count, since)

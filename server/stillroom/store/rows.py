@@ -107,9 +107,9 @@ def columns(table: sa.Table, kind: type[Any], *without: str) -> list[sa.Column[A
     return [table.c[field.name] for field in fields(kind) if field.name not in without]
 
 
-def as_row(kind: type[RowT], row: "sa.Row[Any]") -> RowT:
+def as_row(kind: type[RowT], row: Any) -> RowT:
     return kind(**row._mapping)
 
 
-def as_row_or_none(kind: type[RowT], row: "sa.Row[Any] | None") -> RowT | None:
+def as_row_or_none(kind: type[RowT], row: Any) -> RowT | None:
     return None if row is None else as_row(kind, row)
