@@ -8,6 +8,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from stillroom import __version__
 from stillroom.api import events, health, maps, missions, problems, robots, schema, web
+from stillroom.api.body_limit import BodyLimit
 from stillroom.api.context import Parts
 from stillroom.service.signals import Signals
 from stillroom.settings import Settings
@@ -37,12 +38,26 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
         settings.database_url, settings.grid_store_url, settings.admin_token, static, signals or Signals()
     )
     problems.install(app)
+    app.add_middleware(BodyLimit)
     app.add_middleware(SecurityHeaders)
     for router in (robots.router, missions.router, maps.router, events.router, health.router, problems.router):
         app.include_router(router)
     schema.install(app)
     app.include_router(web.router)  # last: it takes every path that is left
+    app.openapi = partial(_openapi, app)  # type: ignore[method-assign]
     return app
+
+
+def _openapi(app: FastAPI) -> dict[str, Any]:
+    """The generated schema with the models that only error answers, event streams and multipart bodies refer to."""
+    if app.openapi_schema is None:
+        schema = FastAPI.openapi(app)
+        _, models = models_json_schema(
+            [(Problem, "serialization"), (Event, "serialization"), (MissionMeta, "validation")],
+            ref_template="#/components/schemas/{model}",
+        )
+        schema["components"]["schemas"].update(models["$defs"])
+    return app.openapi()
 
 
 class SecurityHeaders:
