@@ -1,5 +1,6 @@
 """Points and rigid motions in the plane. Points are float64 arrays of shape (n, 2), metres, x right and y up (REP-103)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, cos, sin
 
@@ -72,6 +73,7 @@ def fit_pose(source: Points, target: Points, weights: npt.NDArray[np.float64] | 
     return Pose(float(x), float(y), yaw)
 
 
-def polygons_in(geometry: shapely.Geometry) -> list[Polygon]:
-    """The polygons in any geometry."""
-    return [g for g in shapely.get_parts(shapely.get_parts([geometry])) if isinstance(g, Polygon) and not g.is_empty]
+def polygons_in(geometry: shapely.Geometry | Sequence[shapely.Geometry]) -> list[Polygon]:
+    """The polygons in any geometry or geometries."""
+    parts = shapely.get_parts(shapely.get_parts(geometry))
+    return [part for part in parts if isinstance(part, Polygon) and not part.is_empty]

@@ -51,6 +51,8 @@ class Params:
     wall_spur_m: float = 0.30
     """A piece of wall that stands off the tracked wall by more than `wall_offset_m` and is shorter than this is clutter."""
     wall_offset_m: float = 0.10
+    outline_margin_m: float = 0.15
+    """Unexplored space this near to a tracked boundary is floor only where the space behind it was not seen either."""
     door_thickness_m: float = 0.15
     door_cover: float = 0.5
     """A divider is shut where obstacles cover more than this share of its length."""

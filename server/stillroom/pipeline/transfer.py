@@ -131,25 +131,24 @@ def classify_obstacles(tracked: SemanticMap, grid: OccupancyGrid, shut: Sequence
     wall |= _bridged(boundary, wall, frame, params)
     floor &= ~wall
     unseen = grid.unexplored & inside & ~wall
-    rim = unseen & _band(boundary, params.door_thickness_m, frame) & _near(wall, params.wall_reach_m / cell)
-    floor |= (grid.occupied & ~wall) | (unseen & ~rim)
+    rim = unseen & _band(boundary, params.outline_margin_m, frame)
+    unseen &= ~rim
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    for _ in range(max(1, round(params.door_thickness_m / cell))):
-        floor |= (cv2.dilate(floor.view(np.uint8), cross) > 0) & rim
+    for _ in range(max(1, round(params.outline_margin_m / cell))):
+        unseen |= (cv2.dilate(unseen.view(np.uint8), cross) > 0) & rim
+    floor |= (grid.occupied & ~wall & (inside | near)) | unseen
     return Obstacles(wall, grid.occupied & ~wall & inside, seal_diagonals(floor))
 
 
 def _filled(polygons: Sequence[Polygon], frame: GridFrame) -> Mask:
     """Cells whose centre lies in one of the polygons."""
     mask = np.zeros((frame.height, frame.width), np.uint8)
-    for polygon in polygons:
+    # OpenCV fills every cell that the edge touches: half a cell less keeps shapes from growing mission by mission
+    for polygon in polygons_in(shapely.buffer(list(polygons), -frame.resolution / 2, join_style="mitre")):
         rings = [_drawn(shapely.get_coordinates(ring), frame) for ring in (polygon.exterior, *polygon.interiors)]
-        if len(rings) == 1:
-            cv2.fillPoly(mask, rings, 1, shift=SUBPIXEL)
-        else:
-            hollow = np.zeros_like(mask)
-            cv2.fillPoly(hollow, rings, 1, shift=SUBPIXEL)
-            mask |= hollow
+        hollow = np.zeros_like(mask) if len(rings) > 1 else mask
+        cv2.fillPoly(hollow, rings, 1, shift=SUBPIXEL)
+        mask |= hollow
     return mask > 0
 
 
@@ -164,11 +163,6 @@ def _band(lines: Sequence[Points], reach_m: float, frame: GridFrame) -> Mask:
 def _drawn(points: Points, frame: GridFrame) -> npt.NDArray[np.int32]:
     """Map coordinates as OpenCV draws them: fixed point, cell centres at whole numbers."""
     return np.round((frame.to_cells(points) - 0.5) * (1 << SUBPIXEL)).astype(np.int32)
-
-
-def _near(mask: Mask, cells: float) -> Mask:
-    size = 2 * max(1, round(cells)) + 1
-    return cv2.dilate(mask.view(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))) > 0
 
 
 def _spurs(mask: Mask, cells: float) -> Mask:

@@ -216,16 +216,20 @@ def _ring_pieces(
     stations = np.concatenate([[0.0], np.cumsum(lengths)])
     at = np.arange(0.0, stations[-1], step)
     samples = np.stack([np.interp(at, stations, ring[:, k]) for k in (0, 1)], 1)
-    runs = look_up(occupied_distance, frame.to_cells(samples), np.inf) <= params.wall_reach_m + step
+    runs = look_up(occupied_distance, frame.to_cells(samples), np.inf) <= params.wall_reach_m + step / 2
+    runs &= np.roll(runs, 1) | np.roll(runs, -1)
     if runs.all() or not runs.any():
         return [("wall" if runs[0] else "open", ring)]
     cuts = np.flatnonzero(runs != np.roll(runs, 1))
+    kinds = runs[cuts]
+    cuts = (cuts - ~kinds) % len(runs)
+    around = np.concatenate([stations[:-1], stations + stations[-1]])
+    corners = np.concatenate([ring[:-1], ring])
     pieces: list[tuple[WallKind, Points]] = []
-    for a, b in zip(cuts, np.roll(cuts, -1), strict=True):
-        begin, end = at[a], at[b] if b > a else at[b] + stations[-1]
-        all_stations = np.concatenate([stations[:-1], stations + stations[-1]])
-        inner = np.concatenate([ring[:-1], ring])[(all_stations > begin + GRID_M) & (all_stations < end - GRID_M)]
-        pieces.append(("wall" if runs[a] else "open", np.concatenate([samples[a : a + 1], inner, samples[b : b + 1]])))
+    for wall, a, b in zip(kinds.tolist(), cuts.tolist(), np.roll(cuts, -1).tolist(), strict=True):
+        end = at[b] if b > a else at[b] + stations[-1]
+        inner = corners[(around > at[a] + GRID_M) & (around < end - GRID_M)]
+        pieces.append(("wall" if wall else "open", np.concatenate([samples[a : a + 1], inner, samples[b : b + 1]])))
     return pieces
 
 
