@@ -1,0 +1,78 @@
+import { Skeleton, useComputedColorScheme } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { type RefObject, useEffect, useMemo, useRef, useState } from "react";
+import { Link } from "wouter";
+import type { Schemas } from "../api/client";
+import { headQuery, lastMissionQuery } from "../api/queries";
+import { Moment } from "../Moment";
+import { viewMap } from "../map/view";
+import { mapPath } from "../paths";
+import { area, texts } from "../texts";
+import { describeMission } from "../words";
+import classes from "./MapCard.module.css";
+import { Thumbnail } from "./Thumbnail";
+
+interface MapCardProps {
+  readonly robot: string;
+  readonly map: Schemas["MapSummary"];
+}
+
+export function MapCard({ robot, map }: MapCardProps) {
+  const card = useRef<HTMLLIElement>(null);
+  const seen = useSeen(card);
+  const head = useQuery({ ...headQuery(robot, map.map), enabled: seen && map.version !== null });
+  const mission = useQuery({ ...lastMissionQuery(robot, map.map), enabled: seen });
+  const scheme = useComputedColorScheme("light");
+  const view = useMemo(() => head.data && viewMap(head.data), [head.data]);
+  const last = mission.data;
+
+  return (
+    <li ref={card} className={classes.card}>
+      <div className={classes.picture}>
+        {view ? (
+          <Thumbnail view={view} scheme={scheme} label={texts.maps.thumbnail(map.name)} />
+        ) : map.version === null ? (
+          <p className={classes.waiting}>{texts.maps.waiting}</p>
+        ) : (
+          <Skeleton height="100%" radius={0} />
+        )}
+      </div>
+      <div className={classes.facts}>
+        <h3>
+          <Link href={mapPath(robot, map.map)}>{map.name}</Link>
+        </h3>
+        <p>
+          {texts.maps.rooms(map.rooms)}
+          {view && view.area > 0 && `, ${area(view.area)}`}
+          {map.name !== map.map && ` · ${texts.maps.floor(map.map)}`}
+        </p>
+        <p className={classes.mission} data-outcome={last?.outcome}>
+          {last ? (
+            <>
+              {describeMission(last)} <Moment at={last.received_at} />
+            </>
+          ) : (
+            mission.isSuccess && texts.maps.noMissions
+          )}
+        </p>
+      </div>
+    </li>
+  );
+}
+
+/** Whether an element has been on the screen: of a long list, only what is looked at is loaded. */
+function useSeen(element: RefObject<Element | null>): boolean {
+  const [seen, setSeen] = useState(false);
+  useEffect(() => {
+    if (!element.current) return;
+    const observer = new IntersectionObserver(
+      (entries) => {
+        if (entries.some((entry) => entry.isIntersecting)) setSeen(true);
+      },
+      { rootMargin: "300px" },
+    );
+    observer.observe(element.current);
+    return () => observer.disconnect();
+  }, [element]);
+  return seen;
+}

@@ -1,0 +1,126 @@
+import { Tabs } from "@mantine/core";
+import { keepPreviousData, useQuery } from "@tanstack/react-query";
+import { useEffect, useMemo, useRef, useState } from "react";
+import { Link, useSearchParams } from "wouter";
+import { isMissing, type Schemas } from "../api/client";
+import { headQuery, versionQuery } from "../api/queries";
+import { viewMap } from "../map/view";
+import { texts } from "../texts";
+import { MapCanvas, type Selection } from "../viewer/MapCanvas";
+import { HistoryPanel } from "./HistoryPanel";
+import classes from "./MapPage.module.css";
+import { RoomsPanel } from "./RoomsPanel";
+import { Failure, Loading, Nothing } from "./states";
+import { useHistory } from "./useHistory";
+import { VersionBar } from "./VersionBar";
+
+interface MapPageProps {
+  readonly robot: string;
+  readonly map: string;
+  readonly robots: readonly Schemas["RobotSummary"][];
+}
+
+const NOTHING: Selection = { room: null, centre: false };
+
+export default function MapPage({ robot, map, robots }: MapPageProps) {
+  const [chosen, choose] = useChosenVersion();
+  const head = useQuery(headQuery(robot, map));
+  const newest = head.data?.version;
+  const isOld = chosen !== null && chosen !== newest;
+  const old = useQuery({ ...versionQuery(robot, map, chosen ?? 0), enabled: isOld, placeholderData: keepPreviousData });
+  const document = isOld ? old.data : head.data;
+  const view = useMemo(() => document && viewMap(document), [document]);
+  const history = useHistory(robot, map);
+  const [selection, setSelection] = useState(NOTHING);
+  const arrival = useArrival(head.data);
+
+  const asked = isOld ? old : head;
+  if (asked.isError && !asked.data) {
+    return isMissing(asked.error) ? (
+      <Nothing text={texts.map.missing} />
+    ) : (
+      <Failure what={texts.map.failed} error={asked.error} retry={() => void asked.refetch()} />
+    );
+  }
+  if (!document || !view || newest === undefined) return <Loading />;
+
+  const owner = robots.find(({ id }) => id === robot);
+  const title = owner?.maps.find((summary) => summary.map === map)?.name ?? map;
+  const room = view.rooms.find(({ id }) => id === selection.room);
+
+  return (
+    <div className={classes.page}>
+      <title>{`${title} · ${texts.product}`}</title>
+      <div className={classes.map}>
+        <MapCanvas
+          title={title}
+          document={document}
+          view={view}
+          selection={selection}
+          onSelect={(id) => setSelection({ room: id, centre: false })}
+        >
+          {arrival && <p className={classes.arrival}>{arrival}</p>}
+          <VersionBar shown={document} newest={newest} numbers={history.numbers} onChoose={choose} />
+        </MapCanvas>
+      </div>
+      <aside className={classes.panel}>
+        <header className={classes.heading}>
+          <Link href="/">{texts.home}</Link>
+          <h1>{title}</h1>
+          <p>
+            {owner?.name ?? robot} · {texts.map.summary(view.rooms.length, view.area)}
+          </p>
+        </header>
+        <Tabs
+          defaultValue="rooms"
+          keepMounted={false}
+          classNames={{ list: classes.tabs ?? "", tab: classes.tab ?? "" }}
+        >
+          <Tabs.List grow>
+            <Tabs.Tab value="rooms">{texts.map.tabs.rooms}</Tabs.Tab>
+            <Tabs.Tab value="history">{texts.map.tabs.history}</Tabs.Tab>
+          </Tabs.List>
+          <Tabs.Panel value="rooms">
+            <RoomsPanel
+              rooms={view.rooms}
+              selected={selection.room}
+              onSelect={(id) => setSelection({ room: id, centre: true })}
+            />
+          </Tabs.Panel>
+          <Tabs.Panel value="history">
+            <HistoryPanel history={history} shown={document.version} newest={newest} onChoose={choose} />
+          </Tabs.Panel>
+        </Tabs>
+      </aside>
+      <p className="visually-hidden" role="status">
+        {arrival ?? (room && texts.room.selected(room.name, room.area))}
+      </p>
+    </div>
+  );
+}
+
+/** The version in the page's address, null for the one in force; and a function that goes to another. */
+function useChosenVersion(): [number | null, (version: number | null) => void] {
+  const [search, setSearch] = useSearchParams();
+  const given = Number(search.get("version"));
+  const chosen = Number.isInteger(given) && given > 0 ? given : null;
+  return [chosen, (version) => setSearch(version === null ? {} : { version: String(version) }, { replace: true })];
+}
+
+const ARRIVAL_SHOWN_MS = 8_000;
+
+/** What to say about a version that came while the page was open; for a while only. */
+function useArrival(head: Schemas["MapDocument"] | undefined): string | null {
+  const known = useRef<number | null>(null);
+  const [arrival, setArrival] = useState<string | null>(null);
+  useEffect(() => {
+    if (!head) return;
+    const before = known.current;
+    known.current = head.version;
+    if (before === null || head.version <= before) return;
+    setArrival(texts.map.arrived(head.version, texts.history.cause[head.cause]));
+    const timer = setTimeout(() => setArrival(null), ARRIVAL_SHOWN_MS);
+    return () => clearTimeout(timer);
+  }, [head]);
+  return arrival;
+}

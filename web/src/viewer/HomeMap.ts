@@ -1,0 +1,191 @@
+/** The map on the screen: a thin, imperative shell around OpenLayers. What is shown comes from the view model; nothing is read back. */
+
+import { noModifierKeys } from "ol/events/condition";
+import DoubleClickZoom from "ol/interaction/DoubleClickZoom";
+import DragPan from "ol/interaction/DragPan";
+import KeyboardPan from "ol/interaction/KeyboardPan";
+import KeyboardZoom from "ol/interaction/KeyboardZoom";
+import MouseWheelZoom from "ol/interaction/MouseWheelZoom";
+import PinchZoom from "ol/interaction/PinchZoom";
+import Kinetic from "ol/Kinetic";
+import VectorLayer from "ol/layer/Vector";
+import OlMap from "ol/Map";
+import Projection from "ol/proj/Projection";
+import VectorSource from "ol/source/Vector";
+import View from "ol/View";
+import type { Scheme } from "../map/colours";
+import type { Bounds } from "../map/geometry";
+import type { Layer } from "../map/styles";
+import { type MapView, roomAt } from "../map/view";
+import { GridLayer, type GridPicture } from "./GridLayer";
+import { names, outline, SHAPE_LAYERS, type ShapeLayer, shapes } from "./shapes";
+
+const METRES = new Projection({ code: "stillroom:home", units: "m" });
+const FIT_PADDING_PX = [56, 40, 72, 40];
+const CLOSEST_M_PER_PX = 0.003;
+/** How far out one can zoom: the home is then this share of the size that fits. */
+const FARTHEST = 0.25;
+const EASE_MS = 220;
+
+export class HomeMap {
+  private readonly map: OlMap;
+  private readonly grid = new GridLayer();
+  private readonly sources: Readonly<Record<ShapeLayer | "names" | "selection", VectorSource>>;
+  private readonly layers: Readonly<Record<Layer, { setVisible(visible: boolean): void }>>;
+  private readonly easeMs: number;
+  private view: MapView | null = null;
+  private scheme: Scheme = "light";
+  private selected: string | null = null;
+  /** Whether a person has moved the map; until then it follows the size of the window. */
+  private moved = false;
+
+  constructor(target: HTMLElement, onSelect: (roomId: string | null) => void) {
+    this.easeMs = matchMedia("(prefers-reduced-motion: reduce)").matches ? 0 : EASE_MS;
+    const source = () => new VectorSource();
+    this.sources = {
+      rooms: source(),
+      clutter: source(),
+      restrictions: source(),
+      walls: source(),
+      dividers: source(),
+      meta: source(),
+      selection: source(),
+      names: source(),
+    };
+    const vector = (name: keyof typeof this.sources) =>
+      new VectorLayer({ source: this.sources[name], updateWhileAnimating: true, updateWhileInteracting: true });
+    const shapeLayers = SHAPE_LAYERS.map((name) => [name, vector(name)] as const);
+    const nameLayer = new VectorLayer({
+      source: this.sources.names,
+      declutter: true,
+      updateWhileAnimating: true,
+      updateWhileInteracting: true,
+    });
+    this.layers = {
+      ...(Object.fromEntries(shapeLayers) as Record<ShapeLayer, VectorLayer>),
+      grid: this.grid,
+      names: nameLayer,
+    };
+    this.map = new OlMap({
+      target,
+      controls: [],
+      interactions: this.interactions(),
+      layers: [this.grid, ...shapeLayers.map(([, layer]) => layer), vector("selection"), nameLayer],
+    });
+    this.map.on("singleclick", ({ coordinate }) => onSelect(this.roomIdAt(coordinate)));
+    this.map.on("pointermove", ({ coordinate, dragging }) => {
+      if (!dragging) target.style.cursor = this.roomIdAt(coordinate) === null ? "" : "pointer";
+    });
+    this.map.on("change:size", () => {
+      if (!this.moved) this.fit(0);
+    });
+    const moved = () => {
+      this.moved = true;
+    };
+    this.map.on("pointerdrag", moved);
+    target.addEventListener("wheel", moved, { passive: true });
+    target.addEventListener("keydown", moved);
+  }
+
+  dispose(): void {
+    this.map.setTarget(undefined);
+    this.map.dispose();
+  }
+
+  show(view: MapView, scheme: Scheme): void {
+    const first = this.view === null;
+    this.view = view;
+    this.scheme = scheme;
+    for (const [name, features] of Object.entries(shapes(view, scheme))) this.replace(name as ShapeLayer, features);
+    this.replace("names", names(view, scheme));
+    this.drawSelection();
+    this.holdView(view.bounds);
+    if (first || !this.moved) this.fit(0);
+  }
+
+  showGrid(picture: GridPicture | null): void {
+    this.grid.show(picture);
+  }
+
+  setVisible(layer: Layer, visible: boolean): void {
+    this.layers[layer].setVisible(visible);
+  }
+
+  /** Marks a room; `centre` also brings it into the middle, as after a choice in the list. */
+  select(roomId: string | null, centre: boolean): void {
+    this.selected = roomId;
+    const room = this.drawSelection();
+    if (room && centre) {
+      this.moved = true;
+      this.map.getView().animate({ center: [...room.label.at], duration: this.easeMs });
+    }
+  }
+
+  fit(duration: number = this.easeMs): void {
+    const size = this.map.getSize();
+    if (!this.view || !size?.every((side) => side > 0)) return;
+    this.moved = false;
+    this.map.getView().fit([...this.view.bounds], { size, padding: FIT_PADDING_PX, duration });
+  }
+
+  zoomBy(levels: number): void {
+    this.moved = true;
+    const view = this.map.getView();
+    const zoom = view.getZoom();
+    if (zoom !== undefined) view.animate({ zoom: zoom + levels, duration: this.easeMs });
+  }
+
+  private interactions() {
+    const duration = this.easeMs;
+    const still = duration === 0;
+    return [
+      new DragPan(still ? {} : { kinetic: new Kinetic(-0.005, 0.05, 100) }),
+      new PinchZoom({ duration }),
+      new MouseWheelZoom({ duration }),
+      new DoubleClickZoom({ duration }),
+      new KeyboardPan({ duration: Math.min(duration, 100), condition: noModifierKeys }),
+      new KeyboardZoom({ duration: Math.min(duration, 100) }),
+    ];
+  }
+
+  private roomIdAt([x = 0, y = 0]: number[]): string | null {
+    return (this.view && roomAt(this.view, [x, y])?.id) ?? null;
+  }
+
+  private replace(name: keyof typeof this.sources, features: Parameters<VectorSource["addFeatures"]>[0]): void {
+    const source = this.sources[name];
+    source.clear(true);
+    source.addFeatures(features);
+  }
+
+  private drawSelection() {
+    const room = this.view?.rooms.find(({ id }) => id === this.selected);
+    this.replace("selection", room ? [outline(room, this.scheme)] : []);
+    return room;
+  }
+
+  /** Keeps the middle of the screen near the home, so that nobody gets lost; a map that moved gets new limits and the old zoom. */
+  private holdView([west, south, east, north]: Bounds): void {
+    const before = this.map.getView();
+    const margin = Math.max(east - west, north - south, 1) / 4;
+    const extent = [west - margin, south - margin, east + margin, north + margin];
+    const [width = 0, height = 0] = this.map.getSize() ?? [];
+    const fitting = Math.max(
+      (east - west) / Math.max(width, 100),
+      (north - south) / Math.max(height, 100),
+      CLOSEST_M_PER_PX,
+    );
+    const view = new View({
+      projection: METRES,
+      extent,
+      constrainOnlyCenter: true,
+      enableRotation: false,
+      showFullExtent: true,
+      minResolution: CLOSEST_M_PER_PX,
+      maxResolution: fitting / FARTHEST,
+      center: before.getCenter() ?? [(west + east) / 2, (south + north) / 2],
+      resolution: before.getResolution() ?? fitting,
+    });
+    this.map.setView(view);
+  }
+}

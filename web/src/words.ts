@@ -1,0 +1,75 @@
+/** Facts of the API in plain words. */
+
+import { texts } from "./texts";
+
+const UNITS: readonly (readonly [Intl.RelativeTimeFormatUnit, number])[] = [
+  ["year", 31_536_000],
+  ["month", 2_592_000],
+  ["week", 604_800],
+  ["day", 86_400],
+  ["hour", 3_600],
+  ["minute", 60],
+];
+
+const relative = new Intl.RelativeTimeFormat("en", { numeric: "auto" });
+const absolute = new Intl.DateTimeFormat("en", { dateStyle: "medium", timeStyle: "short" });
+
+/** "5 minutes ago"; "just now" within a minute, also for clocks that run a little ahead. */
+export function ago(moment: Date, now: Date): string {
+  const seconds = (moment.getTime() - now.getTime()) / 1000;
+  const unit = UNITS.find(([, length]) => Math.abs(seconds) >= length);
+  return unit ? relative.format(Math.trunc(seconds / unit[1]), unit[0]) : "just now";
+}
+
+export function fullTime(moment: Date): string {
+  return absolute.format(moment);
+}
+
+/** Who made a version: `robot:RB-0042`, `user:ann@example.org`, `operator`, … */
+export function madeBy(who: string): string {
+  const [kind, name] = who.split(/:(.*)/s);
+  switch (kind) {
+    case "robot":
+      return texts.history.by.robot;
+    case "operator":
+      return texts.history.by.operator;
+    case "service":
+      return texts.history.by.service;
+    default:
+      return texts.history.by.person(name || who);
+  }
+}
+
+export interface Score {
+  readonly precision: number;
+  readonly recall: number;
+  readonly passed: boolean;
+  readonly visited?: boolean;
+}
+
+/** Differences up to this many percent are the walls' own wobble. */
+const WOBBLE_PERCENT = 3;
+
+/** Precision and recall as a person would say them: recall is what is left of the room, precision what of its new shape was in it before. */
+export function describeScore({ precision, recall, passed, visited = true }: Score): string {
+  if (!visited) return texts.score.notVisited;
+  if (recall === 0) return texts.score.gone;
+  const lost = Math.round((1 - recall) * 100);
+  const gained = Math.round((1 - precision) * 100);
+  const parts = [
+    ...(lost > WOBBLE_PERCENT ? [texts.score.lost(lost)] : []),
+    ...(gained > WOBBLE_PERCENT ? [texts.score.gained(gained)] : []),
+    ...(passed ? [] : [texts.score.failed]),
+  ];
+  return parts.join(", ") || texts.score.asBefore;
+}
+
+export function isUnchanged(score: Score): boolean {
+  return describeScore(score) === texts.score.asBefore;
+}
+
+/** What a mission came to, or how far it is. */
+export function describeMission(mission: { readonly status: string; readonly outcome: string | null }): string {
+  const { outcome, status } = mission;
+  return outcome === null ? (texts.status[status] ?? status) : (texts.outcome[outcome] ?? outcome);
+}
