@@ -11,7 +11,7 @@ import numpy.typing as npt
 import shapely
 from shapely import LineString
 
-from stillroom.maps.geometry import Points, as_points
+from stillroom.maps.geometry import Points
 from stillroom.maps.grid import OccupancyGrid, distance_to, look_up
 from stillroom.maps.meta import MetaDivider
 from stillroom.maps.semantics import Divider, SemanticMap, Wall
@@ -62,32 +62,32 @@ def walls_lie_near_occupancy(semantic_map: SemanticMap, grid: OccupancyGrid, rea
 def dividers_end_on_walls_or_dividers(
     semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float
 ) -> Iterator[Violation]:
-    walls = _lines(semantic_map.walls)
-    for divider in semantic_map.dividers:
-        others = [LineString(other.line) for other in semantic_map.dividers if other.id != divider.id]
-        yield from _loose_ends(
-            "a divider ends on a wall or another divider", divider.id, as_points(divider.line), walls + others
-        )
+    yield from _loose_ends(
+        "a divider ends on a wall or another divider", semantic_map.dividers, _lines(semantic_map.walls)
+    )
 
 
 def meta_dividers_end_on_walls_or_meta_dividers(
     semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float
 ) -> Iterator[Violation]:
     walls = _lines(semantic_map.walls) + _lines(semantic_map.dividers)
-    for divider in semantic_map.meta.dividers:
-        others = [LineString(other.line) for other in semantic_map.meta.dividers if other.id != divider.id]
-        yield from _loose_ends(
-            "a meta-divider ends on a wall or meta-divider", divider.id, as_points(divider.line), walls + others
-        )
+    yield from _loose_ends("a meta-divider ends on a wall or meta-divider", semantic_map.meta.dividers, walls)
 
 
-def _loose_ends(constraint: str, feature: str, ends: Points, barriers: list[LineString]) -> Iterator[Violation]:
-    for end in ends:
-        gap = float(shapely.distance(shapely.Point(end), shapely.MultiLineString(barriers))) if barriers else np.inf
-        if gap > TOUCH_M:
-            yield Violation(
-                constraint, feature, f"the end at ({end[0]:.2f}, {end[1]:.2f}) is {gap:.2f} m away from any"
-            )
+def _loose_ends(
+    constraint: str, dividers: Sequence[Divider] | Sequence[MetaDivider], walls: list[LineString]
+) -> Iterator[Violation]:
+    """Ends that lie neither on a wall nor on another of the dividers."""
+    if not dividers:
+        return
+    ends = np.array([divider.line for divider in dividers])
+    gaps = shapely.distance(shapely.points(ends)[..., None], np.array(walls + _lines(dividers), dtype=object))
+    own = np.arange(len(dividers))
+    gaps[own, :, len(walls) + own] = np.inf
+    for i, end in np.argwhere(gaps.min(2) > TOUCH_M).tolist():
+        x, y = ends[i, end]
+        gap = gaps[i, end].min()
+        yield Violation(constraint, dividers[i].id, f"the end at ({x:.2f}, {y:.2f}) is {gap:.2f} m away from any")
 
 
 def rooms_are_enclosed(semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:

@@ -25,6 +25,11 @@ def as_points(coordinates: object) -> Points:
     return np.asarray(coordinates, dtype=np.float64).reshape(-1, 2)
 
 
+def as_tuples(points: Points) -> tuple[Point, ...]:
+    """Points (n, 2) as a hashable sequence."""
+    return tuple((x, y) for x, y in points.tolist())
+
+
 def as_line(points: Points) -> Line:
     """Two points, shape (2, 2), as a hashable line."""
     (x0, y0), (x1, y1) = points.tolist()

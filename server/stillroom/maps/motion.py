@@ -43,12 +43,11 @@ class Motion:
         points = as_points(points)
         if not len(points) or not len(self.source):
             return points.copy()
-        gap = points[:, None] - self.source[None]
-        squared = np.einsum("ijk,ijk->ij", gap, gap)
-        moved = _moving_least_squares(points, self.source, self.target, 1.0 / (squared + BLEND_M**2) ** 2)
-        nearest = squared.argmin(1)
-        exact = squared[np.arange(len(points)), nearest] < EXACT_M**2
-        moved[exact] = self.target[nearest[exact]]
+        known, where = _same(points, self.source)
+        moved = np.empty_like(points)
+        moved[known] = self.target[where[known]]
+        if not known.all():
+            moved[~known] = _moving_least_squares(points[~known], self.source, self.target)
         return moved
 
     def inverse(self) -> "Motion":
@@ -61,12 +60,23 @@ class Motion:
         return Motion(first.source, self.apply(first.target))
 
 
-def _moving_least_squares(points: Points, source: Points, target: Points, weights: npt.NDArray[np.float64]) -> Points:
+def _same(points: Points, source: Points) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.int64]]:
+    """Which points are control points, and where in `source` (valid for those alone): both (n,)."""
+    everything = np.concatenate([source, points])
+    _, first, group = np.unique(np.round(everything / EXACT_M), axis=0, return_index=True, return_inverse=True)
+    where = first[group[len(source) :]]
+    return where < len(source), where
+
+
+def _moving_least_squares(points: Points, source: Points, target: Points) -> Points:
     """Rigid moving least squares; complex numbers stand for plane vectors."""
     p, q, v = (a[:, 0] + 1j * a[:, 1] for a in (source, target, points))
-    w = weights / weights.sum(1, keepdims=True)
+    gap = v[:, None] - p[None]
+    w = 1.0 / (gap.real**2 + gap.imag**2 + BLEND_M**2) ** 2
+    w /= w.sum(1, keepdims=True)
     p_mean, q_mean = w @ p, w @ q
-    turn = (w * np.conj(p[None] - p_mean[:, None]) * (q[None] - q_mean[:, None])).sum(1)
+    # sum of w conj(p - p_mean) (q - q_mean), multiplied out so that no array of all pairs is made
+    turn = w @ (np.conj(p) * q) - np.conj(p_mean) * q_mean
     size = np.abs(turn)
     turn = np.where(size > 1e-12, turn / np.where(size > 1e-12, size, 1.0), 1.0)
     moved = (v - p_mean) * turn + q_mean

@@ -73,11 +73,12 @@ def align(previous: SemanticMap, motion: Motion, grid: OccupancyGrid, reach_m: f
     moved = samples.moved(pose)
     offset, weight = _offsets(moved, faces, params.alignment_reach_m)
     places = pose.apply(tracked)
-    shift = _local_shift(places, moved, offset, weight, params.alignment_inlier_m)
-    for divider in previous.dividers:
-        ends = np.flatnonzero((vertices[:, None] == as_points(divider.line)[None]).all(2).any(1))
-        middle = places[ends].mean(0, keepdims=True)
-        shift[ends] = _local_shift(middle, moved, offset, weight, params.alignment_inlier_m)
+    ends = [np.flatnonzero((vertices[:, None] == as_points(d.line)[None]).all(2).any(1)) for d in previous.dividers]
+    middles = as_points([places[end].mean(0) for end in ends])
+    shift = _local_shift(np.concatenate([places, middles]), moved, offset, weight, params.alignment_inlier_m)
+    shift, together = shift[: len(places)], shift[len(places) :]
+    for end, middle in zip(ends, together, strict=True):
+        shift[end] = middle
     seen = look_up(
         faces.explored, faces.frame.to_cells(moved.points - 2 * grid.frame.resolution * moved.normals), False
     )
@@ -88,18 +89,18 @@ def align(previous: SemanticMap, motion: Motion, grid: OccupancyGrid, reach_m: f
 
 def _sample_walls(previous: SemanticMap, motion: Motion) -> _Samples:
     """Points every `SAMPLE_M` along all walls, moved; the floor is on a wall's left, so its normal points right."""
-    points, normals = [np.zeros((0, 2))], [np.zeros((0, 2))]
-    for wall in previous.walls:
-        line = motion.apply(as_points(wall.line))
-        edge = np.diff(line, axis=0)
-        length = np.hypot(*edge.T)
-        count = np.maximum(np.round(length / SAMPLE_M), 1).astype(int)
-        which = np.repeat(np.arange(len(edge)), count)
-        along = (np.concatenate([np.arange(n) for n in count]) + 0.5) / count[which]
-        points.append(line[which] + along[:, None] * edge[which])
-        unit = edge / np.maximum(length, 1e-9)[:, None]
-        normals.append(np.stack([unit[:, 1], -unit[:, 0]], 1)[which])
-    return _Samples(np.concatenate(points), np.concatenate(normals))
+    lines = [as_points(wall.line) for wall in previous.walls]
+    if not lines:
+        return _Samples(np.zeros((0, 2)), np.zeros((0, 2)))
+    line = motion.apply(np.concatenate(lines))
+    last = np.cumsum([len(points) for points in lines]) - 1
+    edge, begin = np.delete(np.diff(line, axis=0), last[:-1], axis=0), np.delete(line, last, axis=0)
+    length = np.hypot(*edge.T)
+    count = np.maximum(np.round(length / SAMPLE_M), 1).astype(int)
+    which = np.repeat(np.arange(len(edge)), count)
+    along = (np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[which]
+    unit = edge / np.maximum(length, 1e-9)[:, None]
+    return _Samples(begin[which] + along[:, None] * edge[which], np.stack([unit[:, 1], -unit[:, 0]], 1)[which])
 
 
 def _faces(grid: OccupancyGrid) -> _Faces:
@@ -156,11 +157,12 @@ def _step(samples: _Samples, offset: Numbers, weight: Numbers, scale_m: float) -
 
 def _local_shift(places: Points, samples: _Samples, offset: Numbers, weight: Numbers, scale_m: float) -> Points:
     """The shift of each place (n, 2) that the walls around it ask for; none in a direction of which no wall speaks."""
-    gap = places[:, None] - samples.points[None]
-    near = np.exp(-np.einsum("ijk,ijk->ij", gap, gap) / (2 * NEIGHBOURHOOD_M**2))
-    w = near * (weight / (1 + (offset / scale_m) ** 2))[None]
+    p, q = places.astype(np.float32), samples.points.astype(np.float32)
+    near = np.exp(((p[:, :1] - q[:, 0]) ** 2 + (p[:, 1:] - q[:, 1]) ** 2) / np.float32(-2 * NEIGHBOURHOOD_M**2))
     nx, ny = samples.normals.T
-    a, b, d = w @ (nx * nx) + STIFFNESS, w @ (nx * ny), w @ (ny * ny) + STIFFNESS
-    u, v = w @ (nx * offset), w @ (ny * offset)
+    w = weight / (1 + (offset / scale_m) ** 2)
+    terms = w * np.stack([nx * nx, nx * ny, ny * ny, nx * offset, ny * offset])
+    a, b, d, u, v = (near @ terms.T.astype(np.float32)).T.astype(np.float64)
+    a, d = a + STIFFNESS, d + STIFFNESS
     determinant = a * d - b * b
     return np.stack([(d * u - b * v) / determinant, (a * v - b * u) / determinant], 1)

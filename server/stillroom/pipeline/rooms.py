@@ -7,7 +7,7 @@ import numpy.typing as npt
 import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
-from stillroom.maps.geometry import GRID_M, Line, Points, as_points, polygons_in
+from stillroom.maps.geometry import GRID_M, Line, polygons_in
 from stillroom.maps.semantics import Ids, Room
 
 BESIDE_M = 0.03
@@ -58,25 +58,22 @@ def rooms_beside(lines: Sequence[Line], polygons: Sequence[Polygon]) -> tuple[tu
     """For each line the indices of the polygons that it separates, the most touched first; one index where both sides are the same room."""
     if not lines or not polygons:
         return tuple(() for _ in lines)
-    tree = shapely.STRtree(list(polygons))
-    return tuple(_beside(as_points(line), tree, len(polygons)) for line in lines)
+    ends = np.array(lines, dtype=np.float64)
+    along = ends[:, 1] - ends[:, 0]
+    normal = np.stack([-along[:, 1], along[:, 0]], 1) / np.maximum(np.hypot(*along.T), 1e-9)[:, None] * BESIDE_M
+    middle = ends[:, None, 0] + STATIONS[:, None] * along[:, None]
+    samples = np.stack([middle + normal[:, None], middle - normal[:, None]], 1)
+    place, polygon = shapely.STRtree(list(polygons)).query(shapely.points(samples.reshape(-1, 2)), predicate="within")
+    hits = np.zeros((len(lines) * 2, len(polygons)), np.int64)
+    np.add.at(hits, (place // len(STATIONS), polygon), 1)
+    return tuple(_touched(left, right) for left, right in hits.reshape(len(lines), 2, -1))
 
 
-def _beside(ends: Points, tree: shapely.STRtree, count: int) -> tuple[int, ...]:
-    along = ends[1] - ends[0]
-    normal = np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), 1e-9) * BESIDE_M
-    middle = ends[0] + STATIONS[:, None] * along
-    sides = [_hits(tree, middle + sign * normal, count) for sign in (1, -1)]
-    touched = sides[0] + sides[1]
-    across = {int(side.argmax()) for side in sides if side.any()}
-    real = [i for i in np.argsort(-touched, kind="stable").tolist() if i in across or touched[i] >= 2]
-    return tuple(real)
-
-
-def _hits(tree: shapely.STRtree, points: Points, count: int) -> npt.NDArray[np.int64]:
-    """How many of the points lie in each polygon, shape (count,)."""
-    _, found = tree.query(shapely.points(points), predicate="within")
-    return np.bincount(found, minlength=count)
+def _touched(left: npt.NDArray[np.int64], right: npt.NDArray[np.int64]) -> tuple[int, ...]:
+    """Polygons beside a line, by how many samples on each side lie in each: the main one of both sides, and what is hit twice."""
+    both = left + right
+    across = {int(side.argmax()) for side in (left, right) if side.any()}
+    return tuple(i for i in np.argsort(-both, kind="stable").tolist() if i in across or both[i] >= 2)
 
 
 def overlaps(first: Sequence[Polygon], second: Sequence[Polygon]) -> npt.NDArray[np.float64]:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from stillroom.maps.geometry import Line, Points, as_line, as_points, polygons_in
+from stillroom.maps.geometry import Line, Point, Points, as_line, as_points, as_tuples, polygons_in
 from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid, distance_to, look_up
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
@@ -52,26 +52,43 @@ class Transfer:
 def track(previous: SemanticMap, motion: Motion, frame: GridFrame) -> SemanticMap:
     """The previous map moved into the frame of a mission, shapes unchanged otherwise."""
 
-    def moved(polygon: Polygon) -> Polygon:
-        shape = shapely.transform(polygon, lambda points: motion.apply(as_points(points)))
-        return (
-            shape
-            if shape.is_valid
-            else max(polygons_in(shapely.make_valid(shape)), key=lambda p: p.area, default=polygon)
-        )
-
+    polygons = shapely.transform(
+        np.array([room.polygon for room in previous.rooms], dtype=object),
+        lambda points: motion.apply(as_points(points)),
+    )
+    rooms = tuple(
+        replace(room, polygon=moved if moved.is_valid else _largest(shapely.make_valid(moved), room.polygon))
+        for room, moved in zip(previous.rooms, polygons, strict=True)
+    )
+    restrictions = _moved([r.shape for r in previous.restrictions], motion)
     return replace(
         previous,
         frame=frame,
-        rooms=tuple(replace(room, polygon=moved(room.polygon)) for room in previous.rooms),
-        dividers=tuple(replace(d, line=as_line(motion.apply(as_points(d.line)))) for d in previous.dividers),
-        walls=tuple(replace(w, line=_tuples(motion.apply(as_points(w.line)))) for w in previous.walls),
-        restrictions=tuple(replace(r, shape=_tuples(motion.apply(as_points(r.shape)))) for r in previous.restrictions),
+        rooms=rooms,
+        dividers=tuple(
+            replace(d, line=as_line(line))
+            for d, line in zip(previous.dividers, _moved([d.line for d in previous.dividers], motion), strict=True)
+        ),
+        walls=tuple(
+            replace(w, line=as_tuples(line))
+            for w, line in zip(previous.walls, _moved([w.line for w in previous.walls], motion), strict=True)
+        ),
+        restrictions=tuple(
+            replace(r, shape=as_tuples(shape)) for r, shape in zip(previous.restrictions, restrictions, strict=True)
+        ),
     )
 
 
-def _tuples(points: Points) -> tuple[tuple[float, float], ...]:
-    return tuple((x, y) for x, y in np.round(points, 4).tolist())
+def _moved(lines: Sequence[Sequence[Point]], motion: Motion) -> list[Points]:
+    """Every line moved, all in one go."""
+    if not lines:
+        return []
+    moved = np.round(motion.apply(np.concatenate([as_points(line) for line in lines])), 4)
+    return np.split(moved, np.cumsum([len(line) for line in lines])[:-1])
+
+
+def _largest(geometry: shapely.Geometry, otherwise: Polygon) -> Polygon:
+    return max(polygons_in(geometry), key=lambda polygon: polygon.area, default=otherwise)
 
 
 def transfer_semantics(tracked: SemanticMap, grid: OccupancyGrid, mission_id: str, params: Params) -> Transfer:

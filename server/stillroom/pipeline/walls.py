@@ -236,23 +236,14 @@ def _ring_pieces(
 def clutter_features(clutter: Mask, frame: GridFrame, version: str, params: Params) -> tuple[Clutter, ...]:
     """Each object as a polygon in the map frame around its cells."""
     contours, _ = cv2.findContours(clutter.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-    found: list[Polygon] = []
-    for contour in contours:
-        points = cv2.approxPolyDP(contour, 1.0, True).reshape(-1, 2) + 0.5
-        shape = (
-            Polygon(points)
-            if len(points) >= 3
-            else shapely.LineString(points)
-            if len(points) == 2
-            else shapely.Point(points[0])
-        )
-        grown = shapely.buffer(shapely.make_valid(shape), 0.5, join_style="mitre", cap_style="square")
-        found += [
-            Polygon(p.exterior) for p in polygons_in(grown) if p.area * frame.resolution**2 >= params.clutter_shown_m2
-        ]
-    placed = (
-        shapely.transform(np.array(found, dtype=object), lambda p: np.round(frame.to_map(as_points(p)), 4))
-        if found
-        else []
-    )
+    shapes = [_shape(as_points(cv2.approxPolyDP(contour, 1.0, True)) + 0.5) for contour in contours]
+    grown = shapely.buffer(shapely.make_valid(shapes), 0.5, join_style="mitre", cap_style="square")
+    large = [Polygon(p.exterior) for p in polygons_in(grown) if p.area * frame.resolution**2 >= params.clutter_shown_m2]
+    placed = shapely.transform(np.array(large, dtype=object), lambda p: np.round(frame.to_map(as_points(p)), 4))
     return tuple(Clutter(f"k{version}-{i}", polygon) for i, polygon in enumerate(placed, 1))
+
+
+def _shape(points: Points) -> shapely.Geometry:
+    if len(points) >= 3:
+        return Polygon(points)
+    return shapely.LineString(points) if len(points) == 2 else shapely.Point(points[0])
