@@ -44,20 +44,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
         app.include_router(router)
     schema.install(app)
     app.include_router(web.router)  # last: it takes every path that is left
-    app.openapi = partial(_openapi, app)  # type: ignore[method-assign]
     return app
-
-
-def _openapi(app: FastAPI) -> dict[str, Any]:
-    """The generated schema with the models that only error answers, event streams and multipart bodies refer to."""
-    if app.openapi_schema is None:
-        schema = FastAPI.openapi(app)
-        _, models = models_json_schema(
-            [(Problem, "serialization"), (Event, "serialization"), (MissionMeta, "validation")],
-            ref_template="#/components/schemas/{model}",
-        )
-        schema["components"]["schemas"].update(models["$defs"])
-    return app.openapi()
 
 
 class SecurityHeaders:

@@ -25,7 +25,6 @@ from stillroom.api.context import (
 )
 from stillroom.api.multipart import Part, read_parts
 from stillroom.documents import api
-from stillroom.documents.missions import MissionMeta
 from stillroom.errors import Fault, InvalidInput
 from stillroom.service import uploads
 
@@ -44,7 +43,7 @@ _UPLOAD: dict[str, Any] = {
                     "required": ["grid", "meta"],
                     "properties": {
                         "grid": {"type": "string", "format": "binary", "description": "The occupancy grid"},
-                        "meta": MissionMeta.model_json_schema(ref_template="#/components/schemas/{model}"),
+                        "meta": {"$ref": "#/components/schemas/MissionMeta"},
                     },
                 },
                 "encoding": {

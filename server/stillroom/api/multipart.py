@@ -6,9 +6,7 @@ from python_multipart.exceptions import FormParserError
 from python_multipart.multipart import MultipartParser, parse_options_header
 from starlette.requests import Request
 
-from stillroom.errors import Fault, InvalidInput, TooLarge, UnsupportedFormat
-
-MAX_BODY = 32 * 2**20
+from stillroom.errors import Fault, InvalidInput, UnsupportedFormat
 
 
 @dataclass
@@ -19,18 +17,14 @@ class Part:
 
 
 async def read_parts(request: Request) -> dict[str, Part]:
-    """All parts by name. Raises UnsupportedFormat for another body, InvalidInput for a broken one, TooLarge over 32 MiB."""
+    """All parts by name. Raises UnsupportedFormat for another body, InvalidInput for a broken one."""
     content_type, options = parse_options_header(request.headers.get("Content-Type", ""))
     if content_type != b"multipart/form-data" or b"boundary" not in options:
         raise UnsupportedFormat("An upload is multipart/form-data with the parts grid and meta.")
     reader = _Reader()
     parser = MultipartParser(options[b"boundary"], reader.callbacks())  # type: ignore[arg-type]
-    received = 0
     try:
         async for chunk in request.stream():
-            received += len(chunk)
-            if received > MAX_BODY:
-                raise TooLarge(f"A body has at most {MAX_BODY} bytes.", limit_bytes=MAX_BODY)
             parser.write(chunk)
         parser.finalize()
     except FormParserError as error:

@@ -116,6 +116,8 @@ def _location(location: tuple[int | str, ...], body: object) -> str:
 
 async def _http_error(_request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
+    if error.status_code == 413:
+        return problem_of(errors.TooLarge(str(error.detail)))
     phrase = HTTPStatus(error.status_code).phrase
     return _problem(
         status=error.status_code,

@@ -3,10 +3,11 @@
 import json
 import math
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from hashlib import sha256
 from typing import Annotated, Any
 
-from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
 
 from stillroom.documents.images import Mode, Reading
 from stillroom.errors import Fault, InvalidInput
@@ -16,6 +17,15 @@ from stillroom.maps.mission import Tracking
 FARTHEST_M = 1e5
 MISSION_ID = r"^[A-Za-z0-9._-]{1,64}$"
 
+
+def _in_utc(moment: datetime) -> datetime:
+    try:
+        return moment.astimezone(UTC)
+    except OverflowError:
+        raise ValueError("not a moment of the years 1 to 9999 in UTC") from None
+
+
+Moment = Annotated[AwareDatetime, AfterValidator(_in_utc)]
 Metres = Annotated[float, Field(strict=True, ge=-FARTHEST_M, le=FARTHEST_M, allow_inf_nan=False)]
 Radians = Annotated[float, Field(strict=True, ge=-100, le=100, allow_inf_nan=False)]
 Position = tuple[Metres, Metres]
@@ -57,8 +67,8 @@ class MissionMeta(BaseModel):
 
     sequence: Count
     epoch: Count = 0
-    started_at: AwareDatetime | None = None
-    ended_at: AwareDatetime | None = None
+    started_at: Moment | None = None
+    ended_at: Moment | None = None
     firmware: Label | None = None
     model: Label | None = None
     resolution: Annotated[float, Field(ge=0.001, le=1.0, allow_inf_nan=False)] | None = None

@@ -71,7 +71,7 @@ class NewVersion:
     rooms: Sequence[tuple[str, int, str]]
     """(id, segment id, name) of each."""
     retired: Mapping[str, str | None]
-    """Rooms that ended -> the one that has their space."""
+    """Rooms that ended -> the one that has their space, where that is known."""
     used_ids: Json
 
 
@@ -97,9 +97,10 @@ def add_version(tx: Transaction, map_id: int, new: NewVersion, now: datetime) ->
         )
     )
     tx.execute(sa.update(map_).where(map_.c.id == map_id).values(head=number, used_ids=new.used_ids))
-    for ended, survivor in new.retired.items():
-        gone = room.c.map_id == map_id, room.c.id == ended
-        tx.execute(sa.update(room).where(*gone).values(retired=True, survivor=survivor))
+    ended = room.c.map_id == map_id, room.c.id.not_in([room_id for room_id, _, _ in new.rooms])
+    tx.execute(sa.update(room).where(*ended, room.c.retired.is_(False)).values(retired=True, survivor=None))
+    for room_id, survivor in new.retired.items():
+        tx.execute(sa.update(room).where(*ended, room.c.id == room_id).values(survivor=survivor))
     living = [
         {"map_id": map_id, "id": room_id, "segment_id": segment, "name": name, "retired": False, "survivor": None}
         for room_id, segment, name in new.rooms

@@ -64,6 +64,12 @@ def page(tx: Transaction, map_id: int, outcome: str | None, before: int | None, 
     return [as_row(MissionRow, row) for row in tx.execute(query.order_by(mission.c.id.desc()).limit(limit))]
 
 
+def traceback(tx: Transaction, mission_id: int) -> str | None:
+    """Where processing failed, for those who run the service."""
+    found: str | None = tx.execute(sa.select(mission.c.traceback).where(mission.c.id == mission_id)).scalar_one()
+    return found
+
+
 def finish(tx: Transaction, mission_id: int, found: Finding, now: datetime) -> None:
     transfer, meta_occupancy, meta_dividers = found.ablation or (None, None, None)
     tx.execute(

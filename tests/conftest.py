@@ -1,0 +1,192 @@
+"""A service in this process: the real application and database, with a worker in a thread instead of processes."""
+
+import json
+import shutil
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+from httpx2 import Response
+from starlette.testclient import TestClient
+
+from stillroom.app import create_app
+from stillroom.service.processing import process_next
+from stillroom.service.signals import Signals
+from stillroom.settings import Settings
+from stillroom.store.database import Database
+from stillroom.store.grids import GridStore
+from stillroom.store.migrate import migrate
+from tests.homes import ORIGIN, RESOLUTION, Image, home, png
+
+ADMIN_TOKEN = "operator-of-the-tests"
+Json = dict[str, Any]
+
+
+@dataclass
+class InlineWorker:
+    """Processes what is queued in a thread of its own, one mission after the other; `paused` it leaves all in the queue."""
+
+    database: Database
+    grids: GridStore
+    signals: Signals
+    paused: bool = False
+    _pool: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1))
+    _last: Future[None] | None = None
+
+    def wake(self) -> None:
+        if not self.paused:
+            self._last = self._pool.submit(self._drain)
+
+    def resume(self) -> None:
+        """Processes all that waits and returns when it is done."""
+        self.paused = False
+        self.wake()
+        self.settle()
+
+    def settle(self) -> None:
+        if self._last is not None:
+            self._last.result()
+
+    def _drain(self) -> None:
+        while (map_id := process_next(self.database, self.grids)) is not None:
+            self.signals.changed(map_id)
+
+    def stop(self) -> None:
+        self._pool.shutdown()
+        self.settle()
+
+
+@dataclass
+class Caller:
+    """Somebody who calls the API, with a credential or without."""
+
+    http: TestClient
+    headers: dict[str, str]
+
+    def request(self, method: str, path: str, headers: dict[str, str] | None = None, **rest: Any) -> Response:
+        return self.http.request(method, path, headers=self.headers | (headers or {}), **rest)
+
+    def get(self, path: str, headers: dict[str, str] | None = None) -> Response:
+        return self.request("GET", path, headers)
+
+    def edit(self, path: str, version: int, *operations: Json, dry_run: bool = False) -> Response:
+        query = "?dry_run=true" if dry_run else ""
+        return self.request(
+            "POST", f"{path}/edits{query}", {"If-Match": f'"v{version}"'}, json={"operations": list(operations)}
+        )
+
+
+@dataclass
+class RobotCaller(Caller):
+    id: str = ""
+    token: str = ""
+
+    def path(self, map_name: str = "ground") -> str:
+        return f"/api/v1/robots/{self.id}/maps/{map_name}"
+
+    def upload(
+        self,
+        mission: str,
+        image: Image | bytes | None = None,
+        *,
+        map_name: str = "ground",
+        wait: int | None = 30,
+        grid_type: str = "image/png",
+        **meta: Any,
+    ) -> Response:
+        content = image if isinstance(image, bytes) else png(home() if image is None else image)
+        sequence = int(mission) if mission.isdecimal() else 0
+        document = {"sequence": sequence, "resolution": RESOLUTION, "origin": ORIGIN} | meta
+        return self.request(
+            "PUT",
+            f"{self.path(map_name)}/missions/{mission}",
+            {} if wait is None else {"Prefer": f"wait={wait}"},
+            files={
+                "meta": ("meta.json", json.dumps(document), "application/json"),
+                "grid": ("grid", content, grid_type),
+            },
+        )
+
+
+@dataclass
+class Service:
+    settings: Settings
+    http: TestClient
+    database: Database
+    grids: GridStore
+    worker: InlineWorker
+
+    @property
+    def operator(self) -> Caller:
+        return Caller(self.http, {"Authorization": f"Bearer {ADMIN_TOKEN}"})
+
+    @property
+    def stranger(self) -> Caller:
+        return Caller(self.http, {})
+
+    def add_robot(self, robot_id: str = "RB-1", owner: str | None = None) -> RobotCaller:
+        made = self.operator.request("POST", "/api/v1/robots", json={"id": robot_id, "name": robot_id, "owner": owner})
+        assert made.status_code == 201, made.text
+        token = made.json()["token"]
+        return RobotCaller(self.http, {"Authorization": f"Bearer {token}"}, robot_id, token)
+
+
+@pytest.fixture(scope="session")
+def migrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An empty database at the newest schema, to be copied."""
+    file = tmp_path_factory.mktemp("database") / "stillroom.sqlite"
+    database = Database(f"sqlite:///{file}")
+    migrate(database)
+    database.dispose()
+    return file
+
+
+@pytest.fixture
+def settings(tmp_path: Path, migrated: Path) -> Settings:
+    shutil.copy(migrated, tmp_path / "stillroom.sqlite")
+    return Settings(
+        data_dir=tmp_path,
+        database_url=f"sqlite:///{tmp_path / 'stillroom.sqlite'}",
+        grid_store_url=str(tmp_path / "grids"),
+        admin_token=ADMIN_TOKEN,
+    )
+
+
+@pytest.fixture
+def database(settings: Settings) -> Iterator[Database]:
+    opened = Database(settings.database_url)
+    yield opened
+    opened.dispose()
+
+
+@pytest.fixture
+def service(settings: Settings, database: Database) -> Iterator[Service]:
+    grids, signals = GridStore(settings.grid_store_url), Signals()
+    worker = InlineWorker(database, grids, signals)
+    signals.wake_workers = worker.wake
+    app = create_app(settings, signals, static=settings.data_dir / "static")
+    with TestClient(app, base_url="http://stillroom.test", raise_server_exceptions=False) as http:
+        yield Service(settings, http, database, grids, worker)
+    worker.stop()
+    app.state.parts.database.dispose()
+
+
+@pytest.fixture
+def robot(service: Service) -> RobotCaller:
+    return service.add_robot()
+
+
+@pytest.fixture
+def mapped(robot: RobotCaller) -> RobotCaller:
+    """A robot whose first mission made a map."""
+    first = robot.upload("0")
+    assert first.status_code == 201, first.text
+    assert first.json()["outcome"] == "created"
+    return robot
+
+
+def features(document: Json, semantic: str) -> list[Json]:
+    return [f for f in document["features"] if f["properties"]["semantic"] == semantic]
