@@ -1,6 +1,8 @@
 """`stillroom serve`: the API in this process, the workers in processes of their own."""
 
 import os
+import signal
+import sys
 from types import FrameType
 
 import structlog
@@ -48,12 +50,18 @@ def serve(settings: Settings, host: str, port: int, worker_count: int) -> None:
         app, host=host, port=port, log_level="warning", timeout_graceful_shutdown=GRACE_S, server_header=False
     )
     server = _Server(config, signals)
+    signal.signal(signal.SIGTERM, _end)
     try:
         announce(host, port, new_login_link(database), settings)
         server.run()
     finally:
         workers.stop()
         database.dispose()
+
+
+def _end(_signal: int, _frame: FrameType | None) -> None:
+    """uvicorn raises the signal that ended it once more; without this the workers would not be waited for."""
+    sys.exit(0)
 
 
 def announce(host: str, port: int, link_secret: str, settings: Settings) -> None:

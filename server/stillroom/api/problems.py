@@ -9,6 +9,7 @@ from fastapi import APIRouter, FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import HTMLResponse, Response
+from starlette.routing import compile_path
 
 from stillroom import errors
 from stillroom.documents.api import FaultDocument, Problem
@@ -114,10 +115,12 @@ def _location(location: tuple[int | str, ...], body: object) -> str:
     return pointer((*real, last))
 
 
-async def _http_error(_request: Request, error: Exception) -> Response:
+async def _http_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     if error.status_code == 413:
         return problem_of(errors.TooLarge(str(error.detail)))
+    if error.status_code == 405:
+        error = _wrong_method(request)
     phrase = HTTPStatus(error.status_code).phrase
     return _problem(
         status=error.status_code,
@@ -127,6 +130,21 @@ async def _http_error(_request: Request, error: Exception) -> Response:
         retryable=error.status_code in (429, 503),
         headers=error.headers,
     )
+
+
+def _wrong_method(request: Request) -> HTTPException:
+    """405 with the methods of all routes of this path (the router knows but the first), or 404 where there are none."""
+    paths: dict[str, dict[str, object]] = request.app.openapi()["paths"]
+    methods = {
+        method.upper()
+        for template, operations in paths.items()
+        if compile_path(template)[0].match(request.url.path)
+        for method in operations
+    }
+    if not methods:
+        return HTTPException(404, "There is no such resource.")
+    allow = ", ".join(sorted(methods))
+    return HTTPException(405, f"This resource knows {allow}.", {"Allow": allow})
 
 
 async def _unexpected_error(request: Request, error: Exception) -> Response:

@@ -1,0 +1,84 @@
+"""Server-sent events."""
+
+import asyncio
+import json
+from typing import Any
+
+import pytest
+
+from stillroom.api import events
+from stillroom.service.accounts import Operator, Owner, Principal, Robot
+from tests.conftest import RobotCaller, Service
+from tests.homes import home
+
+
+async def first(
+    service: Service, who: Principal, count: int, last: int = 0, robot: str | None = None, map_name: str | None = None
+) -> list[dict[str, Any]]:
+    """The first `count` events of a stream."""
+    stream = events._stream(service.http.app.state.parts, who, robot, map_name, last)  # type: ignore[attr-defined]
+    found: list[dict[str, Any]] = []
+    async with asyncio.timeout(30):
+        async for message in stream:
+            fields = dict(line.split(": ", 1) for line in message.strip().splitlines())
+            if "data" in fields:
+                found.append(json.loads(fields["data"]) | {"id": int(fields["id"]), "event": fields["event"]})
+            if len(found) >= count:
+                break
+    await stream.aclose()  # type: ignore[attr-defined]
+    return found
+
+
+def test_a_mission_that_was_taken_tells_of_its_version_and_of_itself(service: Service, mapped: RobotCaller) -> None:
+    version, mission = asyncio.run(first(service, Operator(), 2))
+    assert (version["event"], version["version"], version["cause"]) == ("version", 1, "created")
+    assert (mission["event"], mission["mission"], mission["outcome"]) == ("mission", "0", "created")
+    assert (mission["robot"], mission["map"]) == ("RB-1", "ground")
+    assert mission["id"] > version["id"]
+
+
+def test_a_stream_goes_on_after_the_last_event_that_was_seen(service: Service, mapped: RobotCaller) -> None:
+    version, mission = asyncio.run(first(service, Operator(), 2))
+    service.operator.edit(mapped.path(), 1, {"op": "rename_room", "id": "r1", "name": "Kitchen"})
+    (edit,) = asyncio.run(first(service, Operator(), 1, last=mission["id"]))
+    assert (edit["event"], edit["cause"], edit["version"]) == ("version", "edit", 2)
+    assert edit["id"] > version["id"]
+
+
+def test_a_stream_that_waits_hears_of_a_change_at_once(service: Service, mapped: RobotCaller) -> None:
+    async def wait_and_edit() -> dict[str, Any]:
+        known = (await first(service, Operator(), 2))[-1]["id"]
+        waiting = asyncio.create_task(first(service, Operator(), 1, last=known))
+        await asyncio.sleep(0)
+        edit = {"op": "rename_room", "id": "r1", "name": "Kitchen"}
+        await asyncio.to_thread(service.operator.edit, mapped.path(), 1, edit)
+        return (await waiting)[0]
+
+    assert asyncio.run(wait_and_edit())["cause"] == "edit"
+
+
+@pytest.mark.parametrize("who", [Operator(), Owner("ann@example.org"), Robot("anns")])
+def test_nobody_hears_of_what_they_may_not_see(service: Service, who: Principal) -> None:
+    nobodys, anns, bobs = (
+        service.add_robot(*named)
+        for named in (("free", None), ("anns", "ann@example.org"), ("bobs", "bob@example.org"))
+    )
+    for robot in (bobs, nobodys, anns, bobs):
+        robot.upload("0")
+    own = "free" if isinstance(who, Operator) else "anns"
+    assert {event["robot"] for event in asyncio.run(first(service, who, 2))} == {own}
+
+
+def test_a_stream_can_be_narrowed_to_a_robot_and_to_a_map(service: Service, mapped: RobotCaller) -> None:
+    other = service.add_robot("RB-2")
+    other.upload("0", map_name="upstairs")
+    mapped.upload("0", map_name="upstairs")
+    mapped.upload("1", home(shift=(1, 0)))
+    of_other = asyncio.run(first(service, Operator(), 2, robot="RB-2"))
+    assert {event["robot"] for event in of_other} == {"RB-2"}
+    upstairs = asyncio.run(first(service, Operator(), 4, map_name="upstairs"))
+    assert [(event["robot"], event["map"]) for event in upstairs[::2]] == [("RB-2", "upstairs"), ("RB-1", "upstairs")]
+
+
+def test_the_stream_needs_a_caller(service: Service) -> None:
+    assert service.stranger.get("/api/v1/events").status_code == 401

@@ -1,0 +1,70 @@
+"""What those who run the service look at."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from prometheus_client.parser import text_string_to_metric_families
+from starlette.testclient import TestClient
+
+from stillroom.app import create_app
+from stillroom.settings import Settings
+from stillroom.store.database import Database
+from stillroom.store.migrate import migrate
+from tests.conftest import RobotCaller, Service
+from tests.homes import home
+
+
+def test_a_service_that_can_work_says_so(service: Service) -> None:
+    assert service.stranger.get("/healthz").json() == {"status": "ok"}
+    assert service.stranger.get("/readyz").json() == {"status": "ok"}
+
+
+def test_a_database_that_was_not_migrated_is_not_ready(tmp_path: Path, settings: Settings) -> None:
+    empty = Settings(tmp_path, f"sqlite:///{tmp_path / 'empty.sqlite'}", settings.grid_store_url, None)
+    with TestClient(create_app(empty), raise_server_exceptions=False) as http:
+        answer = http.get("/readyz")
+        assert (answer.status_code, answer.headers["Retry-After"]) == (503, "5")
+        assert "stillroom migrate" in answer.json()["detail"]
+        database = Database(empty.database_url)
+        migrate(database)
+        database.dispose()
+        assert http.get("/readyz").status_code == 200
+        http.app.state.parts.database.dispose()  # type: ignore[attr-defined]
+
+
+def test_a_grid_store_that_is_gone_is_not_ready(service: Service) -> None:
+    assert service.stranger.get("/readyz").status_code == 200
+    shutil.rmtree(service.settings.grid_store_url)
+    assert service.stranger.get("/readyz").status_code == 503
+
+
+def values(service: Service) -> dict[tuple[str, str | None], float]:
+    answer = service.stranger.get("/metrics")
+    assert answer.headers["Content-Type"].startswith("text/plain")
+    return {
+        (sample.name, sample.labels.get("outcome")): sample.value
+        for family in text_string_to_metric_families(answer.text)
+        for sample in family.samples
+    }
+
+
+def test_the_metrics_count_missions_by_outcome_and_those_that_wait(service: Service, mapped: RobotCaller) -> None:
+    mapped.upload("5", home(shift=(1, 0)))
+    mapped.upload("3", home(shift=(1, 0)))
+    service.worker.paused = True
+    mapped.upload("6", wait=None)
+    found = values(service)
+    counted = {outcome: n for (name, outcome), n in found.items() if name == "stillroom_missions_total"}
+    assert counted == {"created": 1, "updated": 1, "superseded": 1}
+    assert found["stillroom_missions_waiting", None] == 1
+    assert found["stillroom_oldest_waiting_seconds", None] >= 0
+
+
+@pytest.mark.parametrize("path", ["/", "/robots/RB-1/maps/ground", "/healthz", "/api/v1/nothing", "/openapi.json"])
+def test_every_answer_carries_the_headers_that_keep_browsers_safe(service: Service, path: str) -> None:
+    headers = service.stranger.get(path).headers
+    assert headers["X-Content-Type-Options"] == "nosniff"
+    assert "default-src 'self'" in headers["Content-Security-Policy"]
+    assert "unsafe-eval" not in headers["Content-Security-Policy"]
+    assert headers["Referrer-Policy"] in ("same-origin", "no-referrer")

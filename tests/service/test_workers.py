@@ -1,0 +1,201 @@
+"""The service as it runs, in processes that are killed: what was acknowledged is processed, once."""
+
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import httpx2
+import pytest
+
+from stillroom.documents.api import NewRobot
+from stillroom.service.accounts import add_robot
+from stillroom.settings import Settings
+from stillroom.store import lanes
+from stillroom.store.database import Database
+from tests.conftest import ADMIN_TOKEN
+from tests.homes import ORIGIN, RESOLUTION, home, png
+
+PATIENCE_S = 60.0
+PATH = "/api/v1/robots/RB-1/maps/ground"
+META = {"resolution": RESOLUTION, "origin": ORIGIN}
+
+
+@dataclass
+class Running:
+    process: subprocess.Popen[str]
+    http: httpx2.Client
+
+    def upload(self, mission: int, prefer: str = "") -> httpx2.Response:
+        meta = json.dumps({"sequence": mission} | META)
+        return self.http.put(
+            f"{PATH}/missions/{mission}",
+            headers={"Prefer": prefer} if prefer else {},
+            files={"meta": ("m", meta, "application/json"), "grid": ("g", png(home()), "image/png")},
+        )
+
+    def workers(self) -> list[int]:
+        children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
+        return [pid for pid in map(int, children) if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.wait()
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+def eventually(holds: Callable[[], bool], what: str) -> None:
+    until = time.monotonic() + PATIENCE_S
+    while not holds():
+        assert time.monotonic() < until, f"{what}: not within {PATIENCE_S} s"
+        time.sleep(0.05)
+
+
+@contextmanager
+def serving(settings: Settings, workers: int, token: str) -> Iterator[Running]:
+    port = free_port()
+    environment = os.environ | {
+        "STILLROOM_DATA_DIR": str(settings.data_dir),
+        "STILLROOM_DATABASE_URL": settings.database_url,
+        "STILLROOM_GRID_STORE_URL": settings.grid_store_url,
+        "STILLROOM_ADMIN_TOKEN": ADMIN_TOKEN,
+    }
+    command = [sys.executable, "-m", "stillroom", "serve", "--port", str(port), "--workers", str(workers)]
+    with (
+        subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process,
+        httpx2.Client(
+            base_url=f"http://127.0.0.1:{port}", headers={"Authorization": f"Bearer {token}"}, timeout=PATIENCE_S
+        ) as http,
+    ):
+        running = Running(process, http)
+        try:
+            eventually(lambda: _answers(http), "the service answers")
+            yield running
+        finally:
+            process.terminate()
+            process.wait(PATIENCE_S)
+            assert process.stdout is not None
+            process.stdout.close()
+
+
+def _answers(http: httpx2.Client) -> bool:
+    try:
+        return http.get("/readyz").status_code == 200
+    except httpx2.TransportError:
+        return False
+
+
+@pytest.fixture
+def token(settings: Settings) -> str:
+    database = Database(settings.database_url)
+    made = add_robot(database, NewRobot(id="RB-1"))
+    database.dispose()
+    return made.token
+
+
+def expire_leases(settings: Settings) -> None:
+    """As if the time of a lease had passed since the kill."""
+    database = Database(settings.database_url)
+    with database.write() as tx:
+        lanes.expire(tx, 1)
+    database.dispose()
+
+
+def versions(running: Running) -> list[int]:
+    return [item["version"] for item in running.http.get(f"{PATH}/versions").json()["items"]]
+
+
+def test_what_was_acknowledged_before_a_kill_of_the_service_is_processed_after_it_once(
+    settings: Settings, token: str
+) -> None:
+    with serving(settings, workers=0, token=token) as running:
+        assert running.upload(0).status_code == 202
+        running.kill()
+    with serving(settings, workers=2, token=token) as running:
+        answer = running.upload(0, "wait=60")
+        assert (answer.status_code, answer.json()["outcome"]) == (200, "created")
+        assert versions(running) == [1]
+
+
+def test_a_mission_whose_worker_was_killed_while_it_had_the_claim_is_processed_by_another_once(
+    settings: Settings, token: str
+) -> None:
+    with serving(settings, workers=0, token=token) as running:
+        assert running.upload(0).status_code == 202
+        database = Database(settings.database_url)
+        held = lanes.claim(database)  # a worker claims it, and is never heard of again
+        database.dispose()
+        assert held is not None
+        assert running.http.get(f"{PATH}/missions/0").json()["status"] == "processing"
+        running.kill()
+    expire_leases(settings)
+    with serving(settings, workers=1, token=token) as running:
+        assert running.upload(0, "wait=60").json()["outcome"] == "created"
+        assert versions(running) == [1]
+
+
+def test_a_worker_that_is_killed_is_started_again(settings: Settings, token: str) -> None:
+    with serving(settings, workers=1, token=token) as running:
+        assert running.upload(0, "wait=60").status_code == 201
+        (first,) = running.workers()
+        os.kill(first, signal.SIGKILL)
+        expire_leases(settings)
+        assert running.upload(1, "wait=60").json()["status"] == "done"
+        assert running.workers() != [first]
+        assert versions(running) == [2, 1]
+
+
+def test_five_equal_uploads_at_once_are_one_mission_and_one_version(settings: Settings, token: str) -> None:
+    with serving(settings, workers=2, token=token) as running:
+        with ThreadPoolExecutor(5) as pool:
+            answers = list(pool.map(lambda _: running.upload(0, "wait=60"), range(5)))
+        assert sorted(answer.status_code for answer in answers) == [200, 200, 200, 200, 201]
+        assert {answer.json()["version"] for answer in answers} == {1}
+        assert len(running.http.get(f"{PATH}/missions").json()["items"]) == 1
+        assert versions(running) == [1]
+
+
+def test_workers_end_with_the_service_however_it_dies(settings: Settings, token: str) -> None:
+    with serving(settings, workers=2, token=token) as running:
+        eventually(lambda: len(running.workers()) == 2, "two workers run")
+        workers = running.workers()
+        running.kill()
+        eventually(lambda: not any(Path(f"/proc/{pid}").exists() for pid in workers), "the workers are gone")
+
+
+def test_serve_prints_a_link_that_signs_in(settings: Settings, token: str) -> None:
+    with serving(settings, workers=0, token=token) as running:
+        assert running.process.stdout is not None
+        lines = [running.process.stdout.readline() for _ in range(2)]
+        link = re.search(r"http://\S+/login\?token=\S+", "".join(lines))
+        assert link is not None
+        with httpx2.Client() as browser:
+            assert browser.get(link[0]).status_code == 303
+            told = browser.get(str(running.http.base_url.join("/api/v1/session"))).json()
+        assert told == {"kind": "operator", "id": None}
+
+
+def test_an_open_event_stream_does_not_keep_the_service_from_ending(settings: Settings, token: str) -> None:
+    with (
+        serving(settings, workers=1, token=token) as running,
+        running.http.stream("GET", "/api/v1/events") as stream,
+    ):
+        lines = stream.iter_lines()
+        assert next(lines).startswith("id: ")
+        running.process.terminate()
+        assert running.process.wait(PATIENCE_S) == 0
