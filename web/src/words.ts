@@ -68,8 +68,14 @@ export function isUnchanged(score: Score): boolean {
   return describeScore(score) === texts.score.asBefore;
 }
 
+interface MissionState {
+  readonly status: string;
+  readonly outcome: string | null;
+  readonly version: number | null;
+}
+
 /** What a mission came to, or how far it is. */
-export function describeMission(mission: { readonly status: string; readonly outcome: string | null }): string {
-  const { outcome, status } = mission;
+export function describeMission({ status, outcome, version }: MissionState): string {
+  if (outcome === "reverted" && version === null) return texts.notCreated;
   return outcome === null ? (texts.status[status] ?? status) : (texts.outcome[outcome] ?? outcome);
 }

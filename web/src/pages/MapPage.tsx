@@ -10,7 +10,7 @@ import { MapCanvas, type Selection } from "../viewer/MapCanvas";
 import { HistoryPanel } from "./HistoryPanel";
 import classes from "./MapPage.module.css";
 import { RoomsPanel } from "./RoomsPanel";
-import { Failure, Loading, Nothing } from "./states";
+import { Failure, Loading, Nothing, Notice } from "./states";
 import { useHistory } from "./useHistory";
 import { VersionBar } from "./VersionBar";
 
@@ -34,7 +34,20 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
   const [selection, setSelection] = useState(NOTHING);
   const arrival = useArrival(head.data);
 
+  const owner = robots.find(({ id }) => id === robot);
+  const summary = owner?.maps.find((one) => one.map === map);
+  const title = summary?.name ?? map;
+
   const asked = isOld ? old : head;
+  if (summary?.version === null) {
+    return (
+      <Notice title={title}>
+        <p>{texts.map.noVersion}</p>
+        <Link href="/">{texts.home}</Link>
+        <HistoryPanel history={history} shown={0} newest={0} onChoose={choose} />
+      </Notice>
+    );
+  }
   if (asked.isError && !asked.data) {
     return isMissing(asked.error) ? (
       <Nothing text={texts.map.missing} />
@@ -44,8 +57,6 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
   }
   if (!document || !view || newest === undefined) return <Loading />;
 
-  const owner = robots.find(({ id }) => id === robot);
-  const title = owner?.maps.find((summary) => summary.map === map)?.name ?? map;
   const room = view.rooms.find(({ id }) => id === selection.room);
 
   return (

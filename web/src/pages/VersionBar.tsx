@@ -21,7 +21,7 @@ export function VersionBar({ shown, newest, numbers, onChoose }: VersionBarProps
   const isOld = shown.version !== newest;
   return (
     <section className={classes.bar} data-old={isOld} aria-label={texts.history.step}>
-      <Step icon="left" label={texts.history.previous} to={before} onChoose={choose} />
+      {numbers.length > 1 && <Step icon="left" label={texts.history.previous} to={before} onChoose={choose} />}
       <div className={classes.middle}>
         <p className={classes.position}>
           <strong>{texts.history.position(shown.version, newest)}</strong>{" "}
@@ -44,7 +44,7 @@ export function VersionBar({ shown, newest, numbers, onChoose }: VersionBarProps
           />
         )}
       </div>
-      <Step icon="right" label={texts.history.next} to={after} onChoose={choose} />
+      {numbers.length > 1 && <Step icon="right" label={texts.history.next} to={after} onChoose={choose} />}
       {isOld && (
         <Button className={classes.newest ?? ""} h={44} onClick={() => onChoose(null)}>
           {texts.history.newest}
@@ -67,6 +67,7 @@ function Step({ icon, label, to, onChoose }: StepProps) {
       variant="subtle"
       color="gray"
       c="inherit"
+      className={classes.step ?? ""}
       size={44}
       aria-label={label}
       title={label}

@@ -49,6 +49,7 @@ export class GridLayer extends Layer {
     context.imageSmoothingQuality = "high";
     context.setTransform(...compose(toScreen, pixelsToMap(frame)));
     context.drawImage(image, 0, 0, frame.width, frame.height);
+    context.resetTransform(); // layers above draw on the same canvas
     return this.canvas;
   }
 }

@@ -21,7 +21,9 @@ import { GridLayer, type GridPicture } from "./GridLayer";
 import { names, outline, SHAPE_LAYERS, type ShapeLayer, shapes } from "./shapes";
 
 const METRES = new Projection({ code: "stillroom:home", units: "m" });
-const FIT_PADDING_PX = [56, 40, 72, 40];
+/** Room for what lies over the map, at the top, right, bottom and left: tools beside it on wide screens, above it on narrow ones. */
+const FIT_PADDING_PX = { wide: [40, 84, 124, 40], narrow: [76, 16, 124, 16] } as const;
+const NARROW_PX = 600;
 const CLOSEST_M_PER_PX = 0.003;
 /** How far out one can zoom: the home is then this share of the size that fits. */
 const FARTHEST = 0.25;
@@ -122,10 +124,11 @@ export class HomeMap {
   }
 
   fit(duration: number = this.easeMs): void {
-    const size = this.map.getSize();
-    if (!this.view || !size?.every((side) => side > 0)) return;
+    const [width = 0, height = 0] = this.map.getSize() ?? [];
+    if (!this.view || width === 0 || height === 0) return;
     this.moved = false;
-    this.map.getView().fit([...this.view.bounds], { size, padding: FIT_PADDING_PX, duration });
+    const padding = [...FIT_PADDING_PX[width < NARROW_PX ? "narrow" : "wide"]];
+    this.map.getView().fit([...this.view.bounds], { size: [width, height], padding, duration });
   }
 
   zoomBy(levels: number): void {

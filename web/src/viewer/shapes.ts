@@ -12,7 +12,7 @@ import Text from "ol/style/Text";
 import { roomFill, type Scheme } from "../map/colours";
 import type { LineString as LineStringJson, Polygon as PolygonJson, Position, Ring } from "../map/document";
 import { doorMark } from "../map/geometry";
-import { type LabelPart, shownParts } from "../map/labels";
+import { type LabelPart, shownLabel } from "../map/labels";
 import { type Layer, MAP_STYLES, type Stroke as StrokeData, type Style as StyleData } from "../map/styles";
 import type { MapView, RoomView } from "../map/view";
 import { area } from "../texts";
@@ -75,10 +75,11 @@ export function names(view: MapView, scheme: Scheme): Feature[] {
       const feature = new Feature(new Point([...room.label.at]));
       const label = { name: room.name, area: area(room.area), spot: room.label };
       feature.setStyle((_, resolution) => {
-        const shown = shownParts(label, resolution, measure);
-        if (shown === "nothing") return undefined;
-        const nameOnly = [label.name, FONTS.name];
-        textStyle.setText(shown === "name" ? nameOnly : [...nameOnly, "\n", "", label.area, FONTS.area]);
+        const shown = shownLabel(label, resolution, measure);
+        if (!shown) return undefined;
+        const name = [label.name, FONTS.name];
+        textStyle.setText(shown.area ? [...name, "\n", "", label.area, FONTS.area] : name);
+        textStyle.setScale(shown.scale);
         return named;
       });
       return feature;
