@@ -11,6 +11,7 @@ EXACT_M = 1e-6
 """Two coordinates nearer than this are the same vertex."""
 BLEND_M = 0.25
 """Below this distance from a control point all points move with it alike."""
+CONSENSUS_ROUNDS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +48,20 @@ class Motion:
         moved = np.empty_like(points)
         moved[known] = self.target[where[known]]
         if not known.all():
-            moved[~known] = _moving_least_squares(points[~known], self.source, self.target)
+            moved[~known] = _moving_least_squares(points[~known], self.source, self.target, BLEND_M)
         return moved
+
+    def consensus(self, points: Points, reach_m: float, outlier_m: float) -> Points:
+        """Points (n, 2) moved by what the control points around them say together, not by any single one.
+
+        Tracking errs from vertex to vertex, the ground does not: those within `reach_m` are averaged, and one that stands apart from
+        its neighbours by more than `outlier_m` counts little (iteratively reweighted least squares).
+        """
+        trust = np.ones(len(self.source))
+        for _ in range(CONSENSUS_ROUNDS):
+            expected = _moving_least_squares(self.source, self.source, self.target, reach_m, trust)
+            trust = 1.0 / (1.0 + ((self.target - expected) ** 2).sum(1) / outlier_m**2) ** 2
+        return _moving_least_squares(points, self.source, self.target, reach_m, trust)
 
     def inverse(self) -> "Motion":
         return Motion(self.target, self.source)
@@ -68,11 +81,16 @@ def _same(points: Points, source: Points) -> tuple[npt.NDArray[np.bool_], npt.ND
     return where < len(source), where
 
 
-def _moving_least_squares(points: Points, source: Points, target: Points) -> Points:
+def _moving_least_squares(
+    points: Points, source: Points, target: Points, reach_m: float, trust: npt.NDArray[np.float64] | None = None
+) -> Points:
     """Rigid moving least squares; complex numbers stand for plane vectors."""
-    p, q, v = (a[:, 0] + 1j * a[:, 1] for a in (source, target, points))
+    middle = source.mean(0)
+    p, q, v = (a[:, 0] + 1j * a[:, 1] for a in (source - middle, target - middle, points - middle))
     gap = v[:, None] - p[None]
-    w = 1.0 / (gap.real**2 + gap.imag**2 + BLEND_M**2) ** 2
+    w = 1.0 / (gap.real**2 + gap.imag**2 + reach_m**2) ** 2
+    if trust is not None:
+        w *= trust
     w /= w.sum(1, keepdims=True)
     p_mean, q_mean = w @ p, w @ q
     # sum of w conj(p - p_mean) (q - q_mean), multiplied out so that no array of all pairs is made
@@ -80,7 +98,7 @@ def _moving_least_squares(points: Points, source: Points, target: Points) -> Poi
     size = np.abs(turn)
     turn = np.where(size > 1e-12, turn / np.where(size > 1e-12, size, 1.0), 1.0)
     moved = (v - p_mean) * turn + q_mean
-    return np.stack([moved.real, moved.imag], 1)
+    return np.asarray(np.stack([moved.real, moved.imag], 1) + middle)
 
 
 IDENTITY = Motion(np.zeros((0, 2)), np.zeros((0, 2)))

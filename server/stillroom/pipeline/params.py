@@ -61,14 +61,22 @@ class Params:
     face_area_m2: float = 0.25
     """Pieces of floor smaller than this join the neighbour with the longest common edge."""
 
-    # -- registration --
+    # -- alignment and registration --
+    tracking_outlier_m: float = 0.20
+    """A tracked vertex that stands apart from its neighbours by more than this counts little."""
     alignment_reach_m: float = 0.35
     """How far from its tracked place a wall is looked for."""
     search_reach_m: float = 1.0
     """The same where the robot tracked nothing."""
     alignment_inlier_m: float = 0.10
-    alignment_share: float = 0.6
-    """An untracked frame counts as found where this share of the walls lies within `alignment_inlier_m`."""
+    registration_certain: float = 0.85
+    """Where the walls in sight lie as before to this share, no other pose is tried."""
+    registration_share: float = 0.4
+    """A frame counts as found where this share of the walls lies within `alignment_inlier_m` of where it puts them,"""
+    registration_floor: float = 0.74
+    """this share of the larger floor is common,"""
+    registration_margin: float = 0.5
+    """and no other pose reaches more than this part of its share."""
 
 
 PARAMS = Params()

@@ -1,168 +1,168 @@
-"""Where the walls went: aligns a map's walls with a new grid, first as a whole, then locally.
+"""Registration of a new grid where the robot tracked nothing: any angle, metres of shift, and an honest "not found".
 
-Tracking leaves errors that would add up from mission to mission. Each wall is looked for along its own normal near its tracked place, on
-that side of an obstacle from which the room saw it, so that the two faces of a thin wall are never mixed up.
+The directions in which walls face give the turn, their correlation the shift (by FFT, one channel for each direction, so that inside and
+outside are never mixed up), and alignment the rest. Buildings are nearly symmetric: where two poses explain the walls alike, neither is taken.
 """
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from stillroom.maps.geometry import Points, Pose, as_points
-from stillroom.maps.grid import GridFrame, OccupancyGrid, look_up
-from stillroom.maps.motion import Motion
+from stillroom.maps.grid import Cell, OccupancyGrid, look_up
+from stillroom.maps.motion import IDENTITY, Motion
 from stillroom.maps.semantics import SemanticMap
+from stillroom.pipeline.alignment import WallSamples, align, sample_walls
 from stillroom.pipeline.params import Params
+from stillroom.pipeline.walls import outline, separate_clutter
 
-Numbers = npt.NDArray[np.float64]
-
-SAMPLE_M = 0.10
-ROUNDS = 6
-FINAL_REACH_M = 0.15
-NEIGHBOURHOOD_M = 1.0
-"""Walls at this distance have 60 % of the say of those close by."""
-STIFFNESS = 6.0
-"""Evidence, in samples, that it takes to move a place half as far as its walls say."""
-FRONTIER_WEIGHT = 0.3
-"""What a border to unexplored space says about a wall, compared with an obstacle."""
+CELL_M = 0.15
+BLUR_M = 0.25
+SECTORS = 8
+"""Directions that are correlated apart."""
+HYPOTHESES = 6
+TURNS_APART_DEG = 8
+SHIFTS_PER_TURN = 2
+REFINED = 4
+"""Hypotheses that are aligned in full."""
+SAME_POSE_M = 0.5
+SAME_POSE_DEG = 8.0
+FLOOR_SAMPLES = 1500
 
 
 @dataclass(frozen=True, eq=False)
-class Alignment:
-    """`motion` from the previous frame to the grid's; `share` of the walls in sight that lie where it puts them; `seen` of them in metres."""
+class Registration:
+    """The best motion from the previous frame to the grid's and how sure it is.
+
+    `share` of the previous walls in sight are found again, `floor` of the larger floor is common (of the smaller one, where the robot's
+    frame has not moved at all), `rival` is the share of the best pose that is a different one.
+    """
 
     motion: Motion
     share: float
-    seen_m: float
+    floor: float
+    rival: float
+
+    def found(self, params: Params) -> bool:
+        return (
+            self.share >= params.registration_share
+            and self.floor >= params.registration_floor
+            and self.rival <= params.registration_margin * self.share
+        )
 
 
-@dataclass(frozen=True, eq=False)
-class _Faces:
-    """The floor's border cells by the side on which it ends: (4, height, width) for +x, +y, -x, -y; 2 an obstacle, 1 unexplored, 0 none."""
-
-    frame: GridFrame
-    sides: npt.NDArray[np.uint8]
-    explored: npt.NDArray[np.bool_]
-
-
-@dataclass(frozen=True, eq=False)
-class _Samples:
-    """Points on walls and their normals, away from the floor, both (n, 2), metres."""
-
-    points: Points
-    normals: Points
-
-    def moved(self, pose: Pose) -> "_Samples":
-        return _Samples(pose.apply(self.points), self.normals @ pose.rotation.T)
-
-
-def align(previous: SemanticMap, motion: Motion, grid: OccupancyGrid, reach_m: float, params: Params) -> Alignment:
-    """Improves `motion` (previous frame -> grid's frame) by up to `reach_m`, with what the walls in `grid` say."""
-    vertices = previous.vertices()
-    tracked = motion.apply(vertices)
-    samples = _sample_walls(previous, motion)
-    faces = _faces(grid)
-    if not len(samples.points):
-        return Alignment(Motion.through(vertices, tracked), 0.0, 0.0)
-    pose = Pose()
-    for reach in np.geomspace(reach_m, min(FINAL_REACH_M, reach_m), ROUNDS):
-        moved = samples.moved(pose)
-        offset, weight = _offsets(moved, faces, float(reach))
-        pose = _step(moved, offset, weight, float(reach) / 3).after(pose)
-    moved = samples.moved(pose)
-    offset, weight = _offsets(moved, faces, params.alignment_reach_m)
-    places = pose.apply(tracked)
-    ends = [np.flatnonzero((vertices[:, None] == as_points(d.line)[None]).all(2).any(1)) for d in previous.dividers]
-    middles = as_points([places[end].mean(0) for end in ends])
-    shift = _local_shift(np.concatenate([places, middles]), moved, offset, weight, params.alignment_inlier_m)
-    shift, together = shift[: len(places)], shift[len(places) :]
-    for end, middle in zip(ends, together, strict=True):
-        shift[end] = middle
-    seen = look_up(
-        faces.explored, faces.frame.to_cells(moved.points - 2 * grid.frame.resolution * moved.normals), False
-    )
-    hit = (np.abs(offset) <= params.alignment_inlier_m + grid.frame.resolution / 2) & (weight > 0)
-    share = float((hit & seen).sum() / max(int(seen.sum()), 1))
-    return Alignment(Motion.through(vertices, places + shift), share, float(seen.sum()) * SAMPLE_M)
+def register(previous: SemanticMap, grid: OccupancyGrid, params: Params) -> Registration:
+    """The pose of `previous` in the grid's frame; it counts only where `found` says so."""
+    at_rest = align(previous, IDENTITY, grid, params.search_reach_m, params)
+    known, free = _areas(previous, grid)
+    common = _common_floor(previous, at_rest.motion, grid)
+    if at_rest.share >= params.registration_certain and common >= params.registration_floor * min(known, free):
+        return Registration(at_rest.motion, at_rest.share, common / min(known, free), 0.0)
+    before = sample_walls([as_points(wall.line) for wall in previous.walls])
+    floor = outline(separate_clutter(grid, params).floor, grid.frame, params, smallest_m2=params.pocket_area_m2)
+    rings = [ring for polygon in floor.geoms for ring in (polygon.exterior, *polygon.interiors)]
+    after = sample_walls([shapely.get_coordinates(ring) for ring in rings])
+    larger = max(known, free, 1e-9)
+    tried = [(common / larger, at_rest)]
+    if len(before.points) and len(after.points):
+        for pose in _poses(before, after)[:REFINED]:
+            aligned = align(previous, Motion.rigid(pose), grid, params.alignment_reach_m, params)
+            tried.append((_common_floor(previous, aligned.motion, grid) / larger, aligned))
+    tried.sort(key=lambda entry: -entry[0] * entry[1].share)
+    floor_share, best = tried[0]
+    rivals = [f * other.share for f, other in tried[1:] if not _same(best.motion, other.motion, previous)]
+    return Registration(best.motion, best.share, floor_share, max(rivals, default=0.0) / max(floor_share, 1e-9))
 
 
-def _sample_walls(previous: SemanticMap, motion: Motion) -> _Samples:
-    """Points every `SAMPLE_M` along all walls, moved; the floor is on a wall's left, so its normal points right."""
-    lines = [as_points(wall.line) for wall in previous.walls]
-    if not lines:
-        return _Samples(np.zeros((0, 2)), np.zeros((0, 2)))
-    line = motion.apply(np.concatenate(lines))
-    last = np.cumsum([len(points) for points in lines]) - 1
-    edge, begin = np.delete(np.diff(line, axis=0), last[:-1], axis=0), np.delete(line, last, axis=0)
-    length = np.hypot(*edge.T)
-    count = np.maximum(np.round(length / SAMPLE_M), 1).astype(int)
-    which = np.repeat(np.arange(len(edge)), count)
-    along = (np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[which]
-    unit = edge / np.maximum(length, 1e-9)[:, None]
-    return _Samples(begin[which] + along[:, None] * edge[which], np.stack([unit[:, 1], -unit[:, 0]], 1)[which])
+def _poses(before: WallSamples, after: WallSamples) -> list[Pose]:
+    """Poses that bring the walls of `before` onto those of `after`, best correlation first."""
+    centre = before.points.mean(0)
+    size = float(max(np.ptp(before.points, axis=0).max() * 1.5, np.ptp(after.points, axis=0).max()) + 2.0)
+    cells = cv2.getOptimalDFTSize(int(np.ceil(2 * size / CELL_M)))
+    low = after.points.min(0) - 1.0
+    target = np.fft.rfft2(_channels(after.points - low, after.normals, cells, blur=True))
+    found: list[tuple[float, Pose]] = []
+    for yaw in _turns(before.normals, after.normals):
+        turn = Pose(yaw=yaw)
+        points, normals = turn.apply(before.points - centre), before.normals @ turn.rotation.T
+        corner = points.min(0)
+        moving = np.fft.rfft2(_channels(points - corner, normals, cells, blur=False))
+        match = np.fft.irfft2((target * np.conj(moving)).sum(0), s=(cells, cells))
+        for score, shift in _peaks(match):
+            x, y = low + shift * CELL_M - corner - turn.apply(centre[None])[0]
+            found.append((score, Pose(float(x), float(y), yaw)))
+    return [pose for _, pose in sorted(found, key=lambda entry: -entry[0])]
 
 
-def _faces(grid: OccupancyGrid) -> _Faces:
-    padded = np.pad(grid.cells, 1)
-    neighbours = (padded[1:-1, 2:], padded[2:, 1:-1], padded[1:-1, :-2], padded[:-2, 1:-1])
-    kind = np.array([1, 0, 2], np.uint8)
-    free = grid.free
-    return _Faces(grid.frame, np.stack([np.where(free, kind[n], 0) for n in neighbours]), ~grid.unexplored)
+def _turns(before: Points, after: Points) -> list[float]:
+    """Angles (radians) at which the directions of two sets of normals agree best, at least `TURNS_APART_DEG` apart."""
+    histograms = []
+    for normals in (before, after):
+        degrees = np.degrees(np.arctan2(normals[:, 1], normals[:, 0])) % 360
+        counts = np.bincount(np.round(degrees * 2).astype(int) % 720, minlength=720).astype(float)
+        kernel = np.exp(-0.5 * (np.arange(-8, 9) / 3.0) ** 2)
+        histograms.append(np.fft.rfft(np.convolve(np.concatenate([counts[-8:], counts, counts[:8]]), kernel, "valid")))
+    match = np.fft.irfft(histograms[1] * np.conj(histograms[0]), 720)
+    turns: list[float] = []
+    for _ in range(HYPOTHESES):
+        best = int(match.argmax())
+        turns.append(np.radians(best / 2))
+        match[np.arange(best - 2 * TURNS_APART_DEG, best + 2 * TURNS_APART_DEG + 1) % 720] = -np.inf
+    return turns
 
 
-def _offsets(samples: _Samples, faces: _Faces, reach_m: float) -> tuple[Numbers, Numbers]:
-    """How far along its normal (metres) each wall sample finds a face of its own side, and how much that says (0 where it finds none)."""
-    frame = faces.frame
-    normals = samples.normals @ frame.origin.rotation
-    start = frame.to_cells(samples.points) - 0.5 * normals
-    side = np.where(
-        np.abs(normals[:, 0]) >= np.abs(normals[:, 1]),
-        np.where(normals[:, 0] > 0, 0, 2),
-        np.where(normals[:, 1] > 0, 1, 3),
-    )
-    most = max(1, round(reach_m / frame.resolution))
-    steps = np.arange(-most, most + 1)
-    steps = steps[np.argsort(np.abs(steps), kind="stable")]
-    at = start[:, None] + steps[None, :, None] * normals[:, None]
-    height, width = faces.explored.shape
-    cells = np.floor(at).astype(np.int64)
-    inside = ((cells >= 0) & (cells < (width, height))).all(2)
-    column, row = np.clip(cells[..., 0], 0, width - 1), np.clip(cells[..., 1], 0, height - 1)
-    found = np.where(inside, faces.sides[side[:, None], row, column], 0)
-    rank = np.where(found == 2, 2, found) * (2 * most + 2) - np.arange(len(steps))[None] * (found > 0)
-    best = rank.argmax(1)
-    pick = np.arange(len(best))
-    kind = found[pick, best]
-    centre = np.stack([column[pick, best], row[pick, best]], 1) + 0.5
-    offset = ((centre - start) * normals).sum(1) * frame.resolution
-    return np.where(kind > 0, offset, 0.0), np.where(kind == 2, 1.0, np.where(kind == 1, FRONTIER_WEIGHT, 0.0))
+def _channels(points: Points, normals: Points, cells: int, blur: bool) -> npt.NDArray[np.float32]:
+    """Wall points as one picture a direction, (SECTORS, cells, cells); a direction counts for the two sectors that it lies between."""
+    pictures = np.zeros((SECTORS, cells, cells), np.float32)
+    sector = (np.arctan2(normals[:, 1], normals[:, 0]) / (2 * np.pi) * SECTORS) % SECTORS
+    first = np.floor(sector).astype(int)
+    column, row = np.clip(np.round(points / CELL_M).astype(int), 0, cells - 1).T
+    np.add.at(pictures, (first % SECTORS, row, column), 1 - (sector - first))
+    np.add.at(pictures, ((first + 1) % SECTORS, row, column), sector - first)
+    pictures = np.minimum(pictures, 2.0)
+    if blur:
+        pictures = np.stack([cv2.GaussianBlur(picture, (0, 0), BLUR_M / CELL_M) for picture in pictures])
+    return pictures
 
 
-def _step(samples: _Samples, offset: Numbers, weight: Numbers, scale_m: float) -> Pose:
-    """The rigid motion that best closes the offsets (one Gauss-Newton step, Cauchy weights)."""
-    if not (weight > 0).any():
-        return Pose()
-    w = weight / (1 + (offset / scale_m) ** 2)
-    centre = (w[:, None] * samples.points).sum(0) / w.sum()
-    arm = samples.points - centre
-    design = np.column_stack([samples.normals, arm[:, 0] * samples.normals[:, 1] - arm[:, 1] * samples.normals[:, 0]])
-    spread = float((w[:, None] * arm**2).sum()) / float(w.sum())
-    prior = np.diag([1.0, 1.0, max(spread, 1.0)])
-    x, y, yaw = np.linalg.solve(design.T @ (w[:, None] * design) + prior, design.T @ (w * offset))
-    turn = Pose(yaw=float(yaw))
-    rest = centre - turn.apply(centre[None])[0]
-    return Pose(float(x + rest[0]), float(y + rest[1]), float(yaw))
+def _peaks(match: npt.NDArray[np.float64]) -> list[tuple[float, Points]]:
+    """The highest values of a cyclic correlation and their shifts (column, row) in cells, apart from each other."""
+    size = len(match)
+    apart = round(4 * SAME_POSE_M / CELL_M)
+    found = []
+    for _ in range(SHIFTS_PER_TURN):
+        row, column = np.unravel_index(match.argmax(), match.shape)
+        found.append((float(match[row, column]), (np.array([column, row]) + size // 2) % size - size // 2.0))
+        match[
+            np.ix_(np.arange(row - apart, row + apart + 1) % size, np.arange(column - apart, column + apart + 1) % size)
+        ] = -np.inf
+    return found
 
 
-def _local_shift(places: Points, samples: _Samples, offset: Numbers, weight: Numbers, scale_m: float) -> Points:
-    """The shift of each place (n, 2) that the walls around it ask for; none in a direction of which no wall speaks."""
-    p, q = places.astype(np.float32), samples.points.astype(np.float32)
-    near = np.exp(((p[:, :1] - q[:, 0]) ** 2 + (p[:, 1:] - q[:, 1]) ** 2) / np.float32(-2 * NEIGHBOURHOOD_M**2))
-    nx, ny = samples.normals.T
-    w = weight / (1 + (offset / scale_m) ** 2)
-    terms = w * np.stack([nx * nx, nx * ny, ny * ny, nx * offset, ny * offset])
-    a, b, d, u, v = (near @ terms.T.astype(np.float32)).T.astype(np.float64)
-    a, d = a + STIFFNESS, d + STIFFNESS
-    determinant = a * d - b * b
-    return np.stack([(d * u - b * v) / determinant, (a * v - b * u) / determinant], 1)
+def _areas(previous: SemanticMap, grid: OccupancyGrid) -> tuple[float, float]:
+    """Square metres of the previous rooms and of the grid's free cells."""
+    return sum(float(room.polygon.area) for room in previous.rooms), float(grid.free.sum()) * grid.frame.resolution**2
+
+
+def _common_floor(previous: SemanticMap, motion: Motion, grid: OccupancyGrid) -> float:
+    """Square metres of the previous rooms that lie on free cells."""
+    rooms = shapely.union_all([room.polygon for room in previous.rooms])
+    if rooms.is_empty:
+        return 0.0
+    step = float(np.sqrt(rooms.area / FLOOR_SAMPLES))
+    west, south, east, north = rooms.bounds
+    x, y = np.meshgrid(np.arange(west + step / 2, east, step), np.arange(south + step / 2, north, step))
+    points = np.stack([x.ravel(), y.ravel()], 1)
+    points = points[shapely.contains_xy(rooms, points)]
+    cells = look_up(grid.cells, grid.frame.to_cells(motion.apply(points)), Cell.UNEXPLORED)
+    return float((cells == Cell.FREE).mean()) * float(rooms.area)
+
+
+def _same(first: Motion, second: Motion, previous: SemanticMap) -> bool:
+    """Whether two motions put the map in the same place."""
+    corners = previous.vertices()
+    gap = np.linalg.norm(first.apply(corners) - second.apply(corners), axis=1)
+    return float(np.median(gap)) < SAME_POSE_M

@@ -256,10 +256,8 @@ def _attach_dividers(
     while waiting:
         now = next((d for d in waiting if not any(o in waiting for o in resting[d])), waiting[0])
         waiting.remove(now)
-        length = shapely.LineString(lines[now]).length
-        stretch = max(params.divider_reach_m, 0.4 * length)
         others = [placed[o].line for o in placed]
-        found = attach(lines[now], floor, others, params.transfer_reach_m, stretch_m=stretch)
+        found = attach(lines[now], floor, others, params.transfer_reach_m, tracked=True)
         if isinstance(found, Adrift):
             lost.append(now)
         else:

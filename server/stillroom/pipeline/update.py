@@ -8,12 +8,13 @@ from typing import Literal
 from stillroom.maps.constraints import Violation, violations
 from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.mission import Mission
-from stillroom.maps.motion import IDENTITY, Motion
+from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Ids, SemanticMap
+from stillroom.pipeline.alignment import align
 from stillroom.pipeline.conflicts import RoomScore, score_rooms
 from stillroom.pipeline.creation import create_map
 from stillroom.pipeline.params import PARAMS, Params
-from stillroom.pipeline.registration import align
+from stillroom.pipeline.registration import Registration, register
 from stillroom.pipeline.transfer import Transfer, track, transfer_semantics
 
 Outcome = Literal["created", "updated", "resolved", "needs_review", "reverted", "parked"]
@@ -71,19 +72,28 @@ def create_semantic_map(
 def update_map(previous: SemanticMap, mission: Mission, params: Params = PARAMS, stage: Stage = untimed) -> MapUpdate:
     """Carries the semantics of `previous` over to the mission's grid and decides whether the result is taken."""
     with stage("align"):
-        tracked_by_robot = mission.motion is not None
-        reach = params.alignment_reach_m if tracked_by_robot else params.search_reach_m
-        alignment = align(previous, mission.motion or IDENTITY, mission.grid, reach, params)
-    if not tracked_by_robot and alignment.share < params.alignment_share:
-        reason = "The robot did not say how its map moved, and its walls could not be matched to this map's."
-        return MapUpdate("parked", previous, taken=False, reason=reason)
+        if mission.motion is None:
+            registered = register(previous, mission.grid, params)
+            if not registered.found(params):
+                return _parked(previous, registered)
+            motion = registered.motion
+        else:
+            motion = align(previous, mission.motion, mission.grid, params.alignment_reach_m, params).motion
     with stage("transfer"):
-        tracked = track(previous, alignment.motion, mission.grid.frame)
+        tracked = track(previous, motion, mission.grid.frame)
         transfer = transfer_semantics(tracked, mission.grid, mission.id, params)
     with stage("conflicts"):
         rooms = score_rooms(tracked, transfer.candidate, transfer.visited, params)
         broken = violations(transfer.candidate, mission.grid, params.wall_reach_m)
-    return decide(previous, alignment.motion, transfer, rooms, broken)
+    return decide(previous, motion, transfer, rooms, broken)
+
+
+def _parked(previous: SemanticMap, registered: Registration) -> MapUpdate:
+    sure = f"{registered.share:.0%} of its walls fit at best"
+    if registered.rival > PARAMS.registration_margin * registered.share:
+        sure += ", in more than one place"
+    reason = f"The robot did not say how its map moved, and this does not look like this floor ({sure})."
+    return MapUpdate("parked", previous, taken=False, reason=reason)
 
 
 def decide(

@@ -97,7 +97,7 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
     parts: list[Polygon] = []
     for i, shell in shells.items():
         if i in holes:
-            shell = shapely.difference(shell, shapely.union_all(holes[i]))
+            shell = shapely.difference(shell, shapely.union_all(holes[i], grid_size=GRID_M), grid_size=GRID_M)
         parts += [p for p in polygons_in(shell) if p.area * frame.resolution**2 >= max(smallest_m2, GRID_M)]
     moved = shapely.transform(MultiPolygon(parts), lambda p: frame.to_map(as_points(p)))
     snapped = shapely.set_precision(moved, GRID_M)
@@ -117,7 +117,11 @@ def _ring(contour: Pixels, tolerance: float, hole: bool) -> Polygon | None:
     rough = Polygon(corners + 0.5) if len(corners) >= 3 else shapely.MultiPoint(contour + 0.5).envelope
     grown = shapely.buffer(shapely.make_valid(rough), -0.5 if hole else 0.5, join_style="mitre", cap_style="square")
     largest = max(polygons_in(grown), key=lambda p: p.area, default=None)
-    return None if largest is None else Polygon(largest.exterior)
+    return (
+        None
+        if largest is None
+        else max(polygons_in(shapely.make_valid(Polygon(largest.exterior))), key=lambda p: p.area)
+    )
 
 
 def _straighten(contour: Pixels, corners: Pixels, tolerance: float, hole: bool) -> Polygon | None:
