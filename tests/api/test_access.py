@@ -19,6 +19,7 @@ OWN = {
     ("GET", f"{MAP}/versions"): "read",
     ("GET", f"{MAP}/versions/1"): "read",
     ("GET", f"{MAP}/versions/1/grid.png"): "read",
+    ("GET", f"{MAP}/versions/1/cells.png"): "read",
     ("POST", f"{MAP}/versions/1/restore"): "edit",
     ("POST", f"{MAP}/edits"): "edit",
     ("GET", f"{MAP}/rooms/r1"): "read",

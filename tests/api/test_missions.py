@@ -156,6 +156,16 @@ def test_a_pgm_gives_the_same_map_and_comes_back_as_png(robot: RobotCaller) -> N
     assert np.array_equal(pixels(robot.get(f"{robot.path()}/versions/1/grid.png").content), image)
 
 
+def test_cells_say_what_greys_mean_whatever_the_robot_calls_them(robot: RobotCaller) -> None:
+    trinary = home()
+    negated = np.where(trinary == 205, 100, 255 - trinary).astype(np.uint8)
+    made = robot.upload("0", negated, negate=True)
+    assert made.json()["outcome"] == "created"
+    document = robot.get(robot.path()).json()
+    assert np.array_equal(pixels(robot.get(document["cells"]).content), trinary)
+    assert np.array_equal(pixels(robot.get(document["grid"]).content), negated)
+
+
 @pytest.mark.parametrize(
     ("image", "grid_type", "status", "slug"),
     [

@@ -80,6 +80,12 @@ def show_grid(service: Service, robot: RobotId, map_name: MapName, number: Versi
     return png(maps.version_grid(service.database, service.grids, robot, map_name, number), f"v{number}")
 
 
+@router.get("/versions/{version}/cells.png", response_class=Response, responses=PNG_RESPONSE, dependencies=_READ)
+def show_cells(service: Service, robot: RobotId, map_name: MapName, number: VersionNumber) -> Response:
+    """What the occupancy pixels mean: 254 free, 0 occupied, 205 unexplored."""
+    return png(maps.version_cells(service.database, service.grids, robot, map_name, number), f"v{number}-cells")
+
+
 @router.post("/versions/{version}/restore", status_code=201, response_model=api.MapDocument, dependencies=_EDIT)
 def restore_version(
     service: Service, who: Caller, robot: RobotId, map_name: MapName, number: VersionNumber

@@ -193,7 +193,9 @@ class MapDocument(VersionSummary):
     type: Literal["FeatureCollection"] = "FeatureCollection"
     frame: Frame
     grid: str
-    """URL of the occupancy pixels as PNG."""
+    """URL of the occupancy pixels as PNG, as the robot sent them."""
+    cells: str
+    """URL of what they mean as PNG: 254 free, 0 occupied, 205 unexplored, whatever greys the robot uses."""
     features: list[Feature]
 
 

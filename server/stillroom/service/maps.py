@@ -5,7 +5,8 @@ from datetime import UTC, datetime
 
 from stillroom.documents import api
 from stillroom.documents.features import features, frame, room, segments
-from stillroom.documents.images import as_png
+from stillroom.documents.images import Reading, as_png, cells_as_png
+from stillroom.documents.missions import stored_meta
 from stillroom.documents.stored import decode_map
 from stillroom.errors import NotFound, StaleVersion
 from stillroom.maps.semantics import SemanticMap
@@ -13,7 +14,7 @@ from stillroom.pipeline.edits import EditResult, Operation, apply_edits
 from stillroom.service.accounts import Principal, signature, visible_to
 from stillroom.service.paging import page_of
 from stillroom.service.versions import ids_of, new_version
-from stillroom.store import events, lanes, maps, robots
+from stillroom.store import events, lanes, maps, missions, robots
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
 from stillroom.store.rows import MapRow, VersionHead, VersionRow
@@ -71,6 +72,15 @@ def version_grid(database: Database, grids: GridStore, robot_id: str, map_name: 
     """The occupancy pixels under a version, as PNG. Raises NotFound."""
     _, row = _version(database, robot_id, map_name, number)
     return as_png(grids.get(row.grid))
+
+
+def version_cells(database: Database, grids: GridStore, robot_id: str, map_name: str, number: int) -> bytes:
+    """What the pixels under a version mean, as PNG. Raises NotFound."""
+    of, row = _version(database, robot_id, map_name, number)
+    with database.read() as tx:
+        mission = None if row.mission is None else missions.by_key(tx, of.id, row.mission)
+    reading = Reading(resolution=1.0) if mission is None else stored_meta(mission.meta).reading()
+    return cells_as_png(grids.get(row.grid), reading)
 
 
 def list_versions(
@@ -265,6 +275,7 @@ def _fields(of: MapRow, row: VersionHead, semantic_map: SemanticMap) -> dict[str
     return _summary(of, row) | {
         "frame": frame(semantic_map.frame),
         "grid": f"{map_url(of)}/versions/{row.number}/grid.png",
+        "cells": f"{map_url(of)}/versions/{row.number}/cells.png",
         "features": features(semantic_map),
     }
 
