@@ -8,10 +8,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import hypothesis
 import pytest
 from httpx2 import Response
 from starlette.testclient import TestClient
 
+from stillroom import logs
 from stillroom.app import create_app
 from stillroom.service.processing import process_next
 from stillroom.service.signals import Signals
@@ -20,6 +22,9 @@ from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
 from stillroom.store.migrate import migrate
 from tests.homes import ORIGIN, RESOLUTION, Image, home, png
+
+hypothesis.settings.register_profile("stillroom", deadline=None)  # how fast the machine is, is not under test
+hypothesis.settings.load_profile("stillroom")
 
 ADMIN_TOKEN = "operator-of-the-tests"
 Json = dict[str, Any]
@@ -132,6 +137,11 @@ class Service:
         assert made.status_code == 201, made.text
         token = made.json()["token"]
         return RobotCaller(self.http, {"Authorization": f"Bearer {token}"}, robot_id, token)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def plain_logs() -> None:
+    logs.configure()
 
 
 @pytest.fixture(scope="session")

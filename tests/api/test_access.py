@@ -1,6 +1,5 @@
 """Who may do what: every route, every kind of caller."""
 
-from collections.abc import Iterator
 from datetime import UTC, datetime
 
 import pytest
@@ -33,7 +32,7 @@ MAY = {"robot": {"read", "upload"}, "person": {"read", "edit"}}
 
 
 @pytest.fixture
-def callers(service: Service) -> Iterator[dict[str, Caller]]:
+def callers(service: Service) -> dict[str, Caller]:
     """Everybody, and three robots with a map: nobody's, Ann's and Bob's."""
     robots = {
         name: service.add_robot(name, owner)
@@ -41,7 +40,7 @@ def callers(service: Service) -> Iterator[dict[str, Caller]]:
     }
     for robot in robots.values():
         assert robot.upload("0").status_code == 201
-    yield {
+    return {
         "operator": service.operator,
         "ann": signed_in(service, "ann@example.org"),
         "stranger": service.stranger,

@@ -29,7 +29,8 @@ async def first(
     return found
 
 
-def test_a_mission_that_was_taken_tells_of_its_version_and_of_itself(service: Service, mapped: RobotCaller) -> None:
+@pytest.mark.usefixtures("mapped")
+def test_a_mission_that_was_taken_tells_of_its_version_and_of_itself(service: Service) -> None:
     version, mission = asyncio.run(first(service, Operator(), 2))
     assert (version["event"], version["version"], version["cause"]) == ("version", 1, "created")
     assert (mission["event"], mission["mission"], mission["outcome"]) == ("mission", "0", "created")

@@ -40,7 +40,7 @@ def test_json_that_is_broken_is_a_problem(service: Service) -> None:
 
 
 def test_an_error_nobody_thought_of_is_a_problem_and_tells_nothing_of_the_inside(
-    service: Service, mapped: RobotCaller, monkeypatch: pytest.MonkeyPatch
+    mapped: RobotCaller, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("stillroom.service.maps.decode_map", lambda *_: 1 / 0)
     answer = mapped.get(mapped.path())
@@ -48,9 +48,7 @@ def test_an_error_nobody_thought_of_is_a_problem_and_tells_nothing_of_the_inside
     assert "division" not in answer.text
 
 
-def test_a_busy_database_says_when_to_come_again(
-    service: Service, robot: RobotCaller, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_busy_database_says_when_to_come_again(robot: RobotCaller, monkeypatch: pytest.MonkeyPatch) -> None:
     def busy(*_: object) -> None:
         raise errors.Unavailable("The database does not answer at the moment.")
 

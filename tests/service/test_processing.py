@@ -39,7 +39,7 @@ def tracked(document: dict[str, Any], dx: float, dy: float) -> dict[str, Any]:
 def test_an_edit_made_while_a_mission_is_processed_is_kept_and_carried_over(
     service: Service, mapped: RobotCaller, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    edits = []
+    edits: list[int] = []
 
     def slow_update(previous: SemanticMap, mission: Mission, **rest: Any) -> MapUpdate:
         result = update_map(previous, mission, **rest)
@@ -61,7 +61,7 @@ def test_an_edit_made_while_a_mission_is_processed_is_kept_and_carried_over(
 def test_a_restore_made_while_a_mission_is_processed_is_kept_and_carried_over(
     service: Service, mapped: RobotCaller, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    restores = []
+    restores: list[int] = []
 
     def slow_update(previous: SemanticMap, mission: Mission, **rest: Any) -> MapUpdate:
         result = update_map(previous, mission, **rest)
@@ -131,14 +131,14 @@ def test_tracking_from_the_version_in_force_goes_to_the_core_as_it_is(
     previous, mission = seen[-1]
     assert mission.motion is not None
     corners = np.asarray(previous.rooms[0].polygon.exterior.coords)
-    assert np.allclose(mission.motion.apply(corners), corners + (0.05, -0.05))
+    assert np.allclose(mission.motion.apply(corners), corners + np.array([0.05, -0.05]))
 
 
 def test_tracking_from_an_older_version_goes_through_the_frames_between(
     mapped: RobotCaller, seen: list[tuple[SemanticMap, Mission]]
 ) -> None:
     base = mapped.get(mapped.path()).json()
-    moved = {"base_version": 1, "tracking": {"transform": [0.5, 0.0, 0.0]}}
+    moved: dict[str, Any] = {"base_version": 1, "tracking": {"transform": [0.5, 0.0, 0.0]}}
     assert mapped.upload("1", home(shift=(10, 0)), **moved).json()["outcome"] == "updated"
     again = mapped.upload("2", home(shift=(4, 2)), base_version=1, tracking=tracked(base, 0.2, 0.1)).json()
     assert (again["outcome"], again["base_version"]) == ("updated", 2)
@@ -146,7 +146,7 @@ def test_tracking_from_an_older_version_goes_through_the_frames_between(
     assert mission.motion is not None
     corners = np.asarray(previous.rooms[0].polygon.exterior.coords)
     # The version in force lies 0.5 m from the base; the mission 0.2, 0.1 m from it.
-    assert np.allclose(mission.motion.apply(corners), corners + (-0.3, 0.1), atol=0.02)
+    assert np.allclose(mission.motion.apply(corners), corners + np.array([-0.3, 0.1]), atol=0.02)
 
 
 def test_tracking_goes_through_edits_and_restores_unchanged(
@@ -159,7 +159,7 @@ def test_tracking_goes_through_edits_and_restores_unchanged(
     mapped.upload("2", home(shift=(10, 0)), base_version=3, tracking={"transform": [0.0, 0.0, 0.0]})
     assert seen[-1][1].motion is not None
     start = np.array([[1.0, 1.0]])
-    assert np.allclose(seen[-1][1].motion.apply(start), start + (0.5, 0.0), atol=0.02)
+    assert np.allclose(seen[-1][1].motion.apply(start), start + np.array([0.5, 0.0]), atol=0.02)
 
 
 def test_an_unknown_base_gives_the_core_no_motion(mapped: RobotCaller, seen: list[tuple[SemanticMap, Mission]]) -> None:

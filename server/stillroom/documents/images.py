@@ -149,16 +149,16 @@ def _decode_pgm(content: bytes) -> Grey:
         levels = np.frombuffer(body, np.uint8)
     else:
         try:
-            levels = np.array(re.sub(rb"#[^\n]*", b"", body).split()[: width * height], np.int64).clip(0, 256)
+            levels = np.array(re.sub(rb"#[^\n]*", b"", body).split()[: width * height], np.int64)
         except (ValueError, OverflowError):
             raise _cut_off("PGM") from None
     if greatest == 0 or len(levels) < width * height:
         raise _cut_off("PGM")
     levels = levels[: width * height]
-    if levels.max() > greatest:
-        raise InvalidGrid(f"The PGM has a level over its maximum of {greatest}.", (Fault("/grid", "level too high"),))
-    scaled = levels if greatest == 255 else np.round(levels * (255 / greatest))
-    return scaled.astype(np.uint8).reshape(height, width)
+    if levels.min() < 0 or levels.max() > greatest:
+        raise InvalidGrid(f"The PGM has a level outside of 0 to {greatest}.", (Fault("/grid", "level out of range"),))
+    stretched = (levels.astype(np.int64) * 255 + greatest // 2) // greatest if greatest < 255 else levels
+    return stretched.astype(np.uint8).reshape(height, width)
 
 
 def _check_size(width: int, height: int) -> None:

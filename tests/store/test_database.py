@@ -1,0 +1,88 @@
+"""Connections to SQLite: durable, one writer at a time, readers never in the way."""
+
+import threading
+from datetime import UTC, datetime, timedelta, timezone
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+
+from stillroom.errors import Unavailable
+from stillroom.settings import Settings
+from stillroom.store import database as database_module
+from stillroom.store import robots
+from stillroom.store.database import Database
+from stillroom.store.rows import RobotRow
+
+
+def row(robot_id: str, at: datetime | None = None) -> RobotRow:
+    return RobotRow(robot_id, robot_id, None, at or datetime.now(UTC))
+
+
+def add(database: Database, robot_id: str) -> bool:
+    with database.write() as tx:
+        return robots.add(tx, row(robot_id), f"token of {robot_id}", "")
+
+
+def test_commits_are_durable_and_readers_do_not_wait_for_writers(database: Database) -> None:
+    with database.write() as tx:
+        assert tx.execute(sa.text("PRAGMA synchronous")).scalar() == 2  # FULL
+        assert tx.execute(sa.text("PRAGMA journal_mode")).scalar() == "wal"
+        assert tx.execute(sa.text("PRAGMA foreign_keys")).scalar() == 1
+        robots.add(tx, row("RB-1"), "t", "")
+        with database.read() as reader:
+            assert robots.get(reader, "RB-1") is None
+    with database.read() as reader:
+        assert robots.get(reader, "RB-1") is not None
+
+
+def test_an_error_undoes_the_whole_transaction(database: Database) -> None:
+    def fail() -> None:
+        with database.write() as tx:
+            robots.add(tx, row("RB-1"), "t", "")
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    assert add(database, "RB-1")
+    assert not add(database, "RB-1")
+
+
+def test_a_writer_that_waits_too_long_is_told_that_the_database_is_busy(
+    settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(database_module, "SQLITE_BUSY_MS", 50)
+    patient, hasty = Database(settings.database_url), Database(settings.database_url)
+    with patient.write(), pytest.raises(Unavailable):
+        add(hasty, "RB-1")
+    assert add(hasty, "RB-1")
+    patient.dispose()
+    hasty.dispose()
+
+
+def test_many_writers_at_once_all_get_their_turn(database: Database) -> None:
+    threads = [threading.Thread(target=add, args=(database, f"RB-{n}")) for n in range(20)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    with database.read() as tx:
+        assert len(robots.page(tx, robots.owned_by(None), "", 100)) == 20
+
+
+@pytest.mark.parametrize("zone", [UTC, timezone(timedelta(hours=5, minutes=30))])
+def test_moments_come_back_in_utc(database: Database, zone: timezone) -> None:
+    moment = datetime(2026, 11, 22, 8, 0, 0, 123456, tzinfo=zone)
+    with database.write() as tx:
+        robots.add(tx, row("RB-1", moment), "t", "")
+        found = robots.get(tx, "RB-1")
+    assert found is not None
+    assert found.created_at == moment
+    assert found.created_at.utcoffset() == timedelta(0)
+
+
+def test_the_folder_of_a_new_database_is_made(tmp_path: Path) -> None:
+    database = Database(f"sqlite:///{tmp_path / 'a' / 'b' / 'new.sqlite'}")
+    with database.write() as tx:
+        assert tx.execute(sa.text("SELECT 1")).scalar() == 1
+    database.dispose()
