@@ -43,8 +43,9 @@ def violations(semantic_map: SemanticMap, grid: OccupancyGrid, wall_reach_m: flo
 def clutter_lies_on_occupancy(semantic_map: SemanticMap, grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:
     distance = distance_to(grid.occupied, grid.frame.resolution)
     for clutter in semantic_map.clutter:
-        if _at(distance, shapely.get_coordinates(clutter.polygon), grid).min() > 2 * grid.frame.resolution:
-            yield Violation("clutter lies on occupancy pixels", clutter.id, "no occupied cell under it")
+        gap = float(_at(distance, shapely.get_coordinates(clutter.polygon), grid).max())
+        if gap > 2 * grid.frame.resolution:
+            yield Violation("clutter lies on occupancy pixels", clutter.id, f"a corner is {gap:.2f} m away from any")
 
 
 def walls_lie_near_occupancy(semantic_map: SemanticMap, grid: OccupancyGrid, reach_m: float) -> Iterator[Violation]:
@@ -70,6 +71,7 @@ def dividers_end_on_walls_or_dividers(
 def meta_dividers_end_on_walls_or_meta_dividers(
     semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float
 ) -> Iterator[Violation]:
+    """A plain divider holds a meta-divider as well as a wall does: the robot respects both."""
     walls = _lines(semantic_map.walls) + _lines(semantic_map.dividers)
     yield from _loose_ends("a meta-divider ends on a wall or meta-divider", semantic_map.meta.dividers, walls)
 
@@ -93,14 +95,12 @@ def _loose_ends(
 def rooms_are_enclosed(semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:
     """Every edge of a room is a wall section, a divider or a meta-divider."""
     dividers = _lines(semantic_map.dividers) + _lines(semantic_map.meta.dividers)
-    barriers = shapely.union_all(_lines(semantic_map.walls) + dividers)
-    shapely.prepare(barriers)
+    barriers = shapely.buffer(shapely.multilinestrings(_lines(semantic_map.walls) + dividers), TOUCH_M, quad_segs=1)
     for room in semantic_map.rooms:
-        ring = shapely.segmentize(shapely.boundary(room.polygon), 0.25)
-        if not shapely.dwithin(barriers, shapely.points(shapely.get_coordinates(ring)), TOUCH_M).all():
-            yield Violation(
-                "a room is enclosed by wall sections and dividers", room.id, "part of its boundary is neither"
-            )
+        open_ = shapely.length(shapely.difference(shapely.boundary(room.polygon), barriers))
+        if open_ > TOUCH_M:
+            constraint = "a room is enclosed by wall sections and dividers"
+            yield Violation(constraint, room.id, f"{open_:.2f} m of its boundary are neither")
 
 
 def rooms_are_valid_and_disjoint(semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:
@@ -108,7 +108,7 @@ def rooms_are_valid_and_disjoint(semantic_map: SemanticMap, _grid: OccupancyGrid
     for room in semantic_map.rooms:
         if not room.polygon.is_valid or room.polygon.is_empty:
             yield Violation("a room is one valid polygon", room.id, shapely.is_valid_reason(room.polygon))
-    if all(polygon.is_valid for polygon in polygons):
+    if polygons and all(polygon.is_valid for polygon in polygons):
         for i, j in shapely.STRtree(polygons).query(polygons, predicate="intersects").T.tolist():
             if i < j and (common := shapely.intersection(polygons[i], polygons[j]).area) > OVERLAP_M2:
                 yield Violation(
