@@ -16,6 +16,8 @@ class Params:
     # -- walls --
     outline_tolerance_m: float = 0.10
     """The outline of the floor is a polygon within this distance of the cells' edges (Douglas-Peucker)."""
+    pillar_area_m2: float = 0.04
+    """Holes in the floor smaller than this are specks, not pillars."""
     floor_speck_m2: float = 0.5
     """Free regions smaller than this are no floor."""
     clutter_length_m: float = 1.0

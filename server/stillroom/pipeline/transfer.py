@@ -146,6 +146,7 @@ def classify_obstacles(tracked: SemanticMap, grid: OccupancyGrid, shut: Sequence
         floor |= beyond
         wall &= ~beyond
     wall |= _bridged(boundary, wall, frame, params)
+    wall &= ~(_spurs(wall, params.wall_spur_m / cell) & (near | inside))
     floor &= ~wall
     unseen = grid.unexplored & inside & ~wall
     rim = unseen & _band(boundary, params.outline_margin_m, frame)

@@ -92,7 +92,7 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
             continue
         if parents[i] < 0:
             shells[i] = ring
-        else:
+        elif ring.area * frame.resolution**2 >= params.pillar_area_m2:
             holes.setdefault(int(parents[i]), []).append(ring)
     parts: list[Polygon] = []
     for i, shell in shells.items():
@@ -220,7 +220,7 @@ def _ring_pieces(
     stations = np.concatenate([[0.0], np.cumsum(lengths)])
     at = np.arange(0.0, stations[-1], step)
     samples = np.stack([np.interp(at, stations, ring[:, k]) for k in (0, 1)], 1)
-    runs = look_up(occupied_distance, frame.to_cells(samples), np.inf) <= params.wall_reach_m + step / 2
+    runs = look_up(occupied_distance, frame.to_cells(samples), np.inf) <= params.wall_reach_m
     runs &= np.roll(runs, 1) | np.roll(runs, -1)
     if runs.all() or not runs.any():
         return [("wall" if runs[0] else "open", ring)]
@@ -241,7 +241,7 @@ def clutter_features(clutter: Mask, frame: GridFrame, version: str, params: Para
     """Each object as a polygon in the map frame around its cells."""
     contours, _ = cv2.findContours(clutter.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     shapes = [_shape(as_points(cv2.approxPolyDP(contour, 1.0, True)) + 0.5) for contour in contours]
-    grown = shapely.buffer(shapely.make_valid(shapes), 0.5, join_style="mitre", cap_style="square")
+    grown = shapely.buffer(shapely.make_valid(shapes), 0.5, join_style="mitre", cap_style="square", mitre_limit=1.5)
     large = [Polygon(p.exterior) for p in polygons_in(grown) if p.area * frame.resolution**2 >= params.clutter_shown_m2]
     placed = shapely.transform(np.array(large, dtype=object), lambda p: np.round(frame.to_map(as_points(p)), 4))
     return tuple(Clutter(f"k{version}-{i}", polygon) for i, polygon in enumerate(placed, 1))
