@@ -107,10 +107,10 @@ export const lastMissionQuery = (robot: string, map: string) =>
     },
   });
 
-/** The raw pixels of a grid. Their address names an immutable version. */
-export const gridQuery = (url: string) =>
+/** The cells under a version, as a picture. Its address names an immutable version. */
+export const cellsQuery = (url: string) =>
   queryOptions({
-    queryKey: ["grid", url],
+    queryKey: ["cells", url],
     gcTime: 60_000,
     queryFn: async ({ signal }) => {
       const response = await fetch(url, { signal });

@@ -227,6 +227,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/robots/{robot}/maps/{map}/versions/{version}/cells.png": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Show Cells
+         * @description What the occupancy pixels mean: 254 free, 0 occupied, 205 unexplored.
+         */
+        get: operations["show_cells_api_v1_robots__robot__maps__map__versions__version__cells_png_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/robots/{robot}/maps/{map}/versions/{version}/grid.png": {
         parameters: {
             query?: never;
@@ -499,6 +519,8 @@ export interface components {
              * @enum {string}
              */
             cause: "created" | "mission" | "edit" | "decision" | "restore" | "import";
+            /** Cells */
+            cells: string;
             /**
              * Created At
              * Format: date-time
@@ -631,6 +653,8 @@ export interface components {
              * @enum {string}
              */
             cause: "created" | "mission" | "edit" | "decision" | "restore" | "import";
+            /** Cells */
+            cells: string;
             /**
              * Created At
              * Format: date-time
@@ -1557,122 +1581,7 @@ export interface operations {
                      * @description The occupancy grid
                      */
                     grid: string;
-                    /**
-                     * MissionMeta
-                     * @description Fields that are not listed here are kept with the mission and ignored.
-                     */
-                    meta: {
-                        /** Base Version */
-                        base_version?: number | null;
-                        /** Ended At */
-                        ended_at?: string | null;
-                        /**
-                         * Epoch
-                         * @default 0
-                         */
-                        epoch?: number;
-                        /** Firmware */
-                        firmware?: string | null;
-                        /**
-                         * Free Thresh
-                         * @default 0.196
-                         */
-                        free_thresh?: number;
-                        /**
-                         * Mode
-                         * @default trinary
-                         * @enum {string}
-                         */
-                        mode?: "trinary" | "scale" | "raw";
-                        /** Model */
-                        model?: string | null;
-                        /**
-                         * Negate
-                         * @default false
-                         */
-                        negate?: boolean | number;
-                        /**
-                         * Occupied Thresh
-                         * @default 0.65
-                         */
-                        occupied_thresh?: number;
-                        /** Origin */
-                        origin?: [
-                            number,
-                            number,
-                            number
-                        ] | null;
-                        /** Resolution */
-                        resolution?: number | null;
-                        /** Sequence */
-                        sequence: number;
-                        /** Started At */
-                        started_at?: string | null;
-                        /**
-                         * @default {
-                         *       "dividers": {},
-                         *       "rooms": {},
-                         *       "submaps": []
-                         *     }
-                         */
-                        tracking?: components["schemas"]["TrackingDocument"];
-                        $defs: {
-                            /** SubmapDocument */
-                            SubmapDocument: {
-                                /** From */
-                                from: [
-                                    number,
-                                    number,
-                                    number
-                                ];
-                                /** To */
-                                to: [
-                                    number,
-                                    number,
-                                    number
-                                ];
-                            };
-                            /**
-                             * TrackingDocument
-                             * @description Where the robot's SLAM saw the base version's features at the end of the mission, in whichever form it has.
-                             */
-                            TrackingDocument: {
-                                /**
-                                 * Dividers
-                                 * @default {}
-                                 */
-                                dividers?: {
-                                    [key: string]: [
-                                        number,
-                                        number
-                                    ][];
-                                };
-                                /**
-                                 * Rooms
-                                 * @default {}
-                                 */
-                                rooms?: {
-                                    [key: string]: [
-                                        number,
-                                        number
-                                    ][];
-                                };
-                                /**
-                                 * Submaps
-                                 * @default []
-                                 */
-                                submaps?: components["schemas"]["SubmapDocument"][];
-                                /** Transform */
-                                transform?: [
-                                    number,
-                                    number,
-                                    number
-                                ] | null;
-                            };
-                        };
-                    } & {
-                        [key: string]: unknown;
-                    };
+                    meta: components["schemas"]["MissionMeta"];
                 };
             };
         };
@@ -1868,6 +1777,39 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["MapDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    show_cells_api_v1_robots__robot__maps__map__versions__version__cells_png_get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                version: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/png": string;
                 };
             };
             /** @description Any error */

@@ -22,7 +22,7 @@ const LINE_HEIGHT_PX = { name: 18, area: 16 } as const;
 const SMALLER = 0.8;
 
 /** A name may stick out of its room by this much before it is left out: a name over a wall says more than none. */
-const OVERHANG = 1.3;
+const OVERHANG = 1.4;
 
 /**
  * Name and area where both fit, else the name, at last in smaller letters; null where the room is too small even for that.
@@ -34,8 +34,8 @@ export function shownLabel(label: Label, resolution: number, measure: Measure): 
   const nameWidth = measure(label.name, "name");
   const bothWidth = Math.max(nameWidth, measure(label.area, "area"));
   if (bothWidth <= width && LINE_HEIGHT_PX.name + LINE_HEIGHT_PX.area <= height) return { area: true, scale: 1 };
-  const scale = [1, SMALLER].find(
-    (size) => nameWidth * size <= width * OVERHANG && LINE_HEIGHT_PX.name * size <= height * OVERHANG,
-  );
-  return scale === undefined ? null : { area: false, scale };
+  const fits = (scale: number, overhang: number) =>
+    nameWidth * scale <= width * overhang && LINE_HEIGHT_PX.name * scale <= height * overhang;
+  if (fits(1, 1)) return { area: false, scale: 1 };
+  return fits(SMALLER, OVERHANG) ? { area: false, scale: SMALLER } : null;
 }

@@ -1,6 +1,7 @@
 /** The map on the screen: a thin, imperative shell around OpenLayers. What is shown comes from the view model; nothing is read back. */
 
 import { noModifierKeys } from "ol/events/condition";
+import type Feature from "ol/Feature";
 import DoubleClickZoom from "ol/interaction/DoubleClickZoom";
 import DragPan from "ol/interaction/DragPan";
 import KeyboardPan from "ol/interaction/KeyboardPan";
@@ -18,7 +19,7 @@ import type { Bounds } from "../map/geometry";
 import type { Layer } from "../map/styles";
 import { type MapView, roomAt } from "../map/view";
 import { GridLayer, type GridPicture } from "./GridLayer";
-import { names, outline, SHAPE_LAYERS, type ShapeLayer, shapes } from "./shapes";
+import { outline, shapes, VECTOR_LAYERS, type VectorLayerName } from "./shapes";
 
 const METRES = new Projection({ code: "stillroom:home", units: "m" });
 /** Room for what lies over the map, at the top, right, bottom and left: tools beside it on wide screens, above it on narrow ones. */
@@ -32,8 +33,7 @@ const EASE_MS = 220;
 export class HomeMap {
   private readonly map: OlMap;
   private readonly grid = new GridLayer();
-  private readonly sources: Readonly<Record<ShapeLayer | "names" | "selection", VectorSource>>;
-  private readonly layers: Readonly<Record<Layer, { setVisible(visible: boolean): void }>>;
+  private readonly vectors: Readonly<Record<VectorLayerName, VectorLayer<VectorSource>>>;
   private readonly easeMs: number;
   private view: MapView | null = null;
   private scheme: Scheme = "light";
@@ -43,36 +43,13 @@ export class HomeMap {
 
   constructor(target: HTMLElement, onSelect: (roomId: string | null) => void) {
     this.easeMs = matchMedia("(prefers-reduced-motion: reduce)").matches ? 0 : EASE_MS;
-    const source = () => new VectorSource();
-    this.sources = {
-      rooms: source(),
-      clutter: source(),
-      restrictions: source(),
-      walls: source(),
-      dividers: source(),
-      meta: source(),
-      selection: source(),
-      names: source(),
-    };
-    const vector = (name: keyof typeof this.sources) =>
-      new VectorLayer({ source: this.sources[name], updateWhileAnimating: true, updateWhileInteracting: true });
-    const shapeLayers = SHAPE_LAYERS.map((name) => [name, vector(name)] as const);
-    const nameLayer = new VectorLayer({
-      source: this.sources.names,
-      declutter: true,
-      updateWhileAnimating: true,
-      updateWhileInteracting: true,
-    });
-    this.layers = {
-      ...(Object.fromEntries(shapeLayers) as Record<ShapeLayer, VectorLayer>),
-      grid: this.grid,
-      names: nameLayer,
-    };
+    const vectors = VECTOR_LAYERS.map((name) => [name, vectorLayer(name)] as const);
+    this.vectors = Object.fromEntries(vectors) as typeof this.vectors;
     this.map = new OlMap({
       target,
       controls: [],
       interactions: this.interactions(),
-      layers: [this.grid, ...shapeLayers.map(([, layer]) => layer), vector("selection"), nameLayer],
+      layers: [this.grid, ...vectors.map(([, layer]) => layer)],
     });
     this.map.on("singleclick", ({ coordinate }) => onSelect(this.roomIdAt(coordinate)));
     this.map.on("pointermove", ({ coordinate, dragging }) => {
@@ -98,8 +75,8 @@ export class HomeMap {
     const first = this.view === null;
     this.view = view;
     this.scheme = scheme;
-    for (const [name, features] of Object.entries(shapes(view, scheme))) this.replace(name as ShapeLayer, features);
-    this.replace("names", names(view, scheme));
+    for (const [name, features] of Object.entries(shapes(view, scheme)))
+      this.replace(name as VectorLayerName, features);
     this.drawSelection();
     this.holdView(view.bounds);
     if (first || !this.moved) this.fit(0);
@@ -110,7 +87,7 @@ export class HomeMap {
   }
 
   setVisible(layer: Layer, visible: boolean): void {
-    this.layers[layer].setVisible(visible);
+    (layer === "grid" ? this.grid : this.vectors[layer]).setVisible(visible);
   }
 
   /** Marks a room; `centre` also brings it into the middle, as after a choice in the list. */
@@ -155,10 +132,10 @@ export class HomeMap {
     return (this.view && roomAt(this.view, [x, y])?.id) ?? null;
   }
 
-  private replace(name: keyof typeof this.sources, features: Parameters<VectorSource["addFeatures"]>[0]): void {
-    const source = this.sources[name];
-    source.clear(true);
-    source.addFeatures(features);
+  private replace(name: VectorLayerName, features: Feature[]): void {
+    const source = this.vectors[name].getSource();
+    source?.clear(true);
+    source?.addFeatures(features);
   }
 
   private drawSelection() {
@@ -191,4 +168,13 @@ export class HomeMap {
     });
     this.map.setView(view);
   }
+}
+
+function vectorLayer(name: VectorLayerName): VectorLayer<VectorSource> {
+  return new VectorLayer({
+    source: new VectorSource(),
+    declutter: name === "names",
+    updateWhileAnimating: true,
+    updateWhileInteracting: true,
+  });
 }

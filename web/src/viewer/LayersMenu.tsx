@@ -1,4 +1,4 @@
-import { Button, Checkbox } from "@mantine/core";
+import { Button } from "@mantine/core";
 import { useClickOutside } from "@mantine/hooks";
 import { useId, useState } from "react";
 import { Icon } from "../icons";
@@ -46,18 +46,11 @@ export function LayersMenu({ present, scheme, hidden, onToggle }: LayersMenuProp
       <fieldset id={panelId} className={classes.panel} hidden={!open}>
         <legend className="visually-hidden">{texts.map.layers}</legend>
         {present.map((layer) => (
-          <Checkbox
-            key={layer}
-            classNames={{ root: classes.row ?? "", body: classes.rowBody ?? "", labelWrapper: classes.rowLabel ?? "" }}
-            checked={!hidden.has(layer)}
-            onChange={() => onToggle(layer)}
-            label={
-              <span className={classes.label}>
-                {texts.layers[layer]}
-                <Key layer={layer} scheme={scheme} />
-              </span>
-            }
-          />
+          <label key={layer} className={classes.row}>
+            <input type="checkbox" checked={!hidden.has(layer)} onChange={() => onToggle(layer)} />
+            <span className={classes.name}>{texts.layers[layer]}</span>
+            <Key layer={layer} scheme={scheme} />
+          </label>
         ))}
       </fieldset>
     </div>

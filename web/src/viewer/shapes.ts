@@ -13,20 +13,30 @@ import { roomFill, type Scheme } from "../map/colours";
 import type { LineString as LineStringJson, Polygon as PolygonJson, Position, Ring } from "../map/document";
 import { doorMark } from "../map/geometry";
 import { type LabelPart, shownLabel } from "../map/labels";
-import { type Layer, MAP_STYLES, type Stroke as StrokeData, type Style as StyleData } from "../map/styles";
+import { MAP_STYLES, type Stroke as StrokeData, type Style as StyleData } from "../map/styles";
 import type { MapView, RoomView } from "../map/view";
 import { area } from "../texts";
 
-/** Layers of shapes, from the bottom up; the names lie on top of all. */
-export const SHAPE_LAYERS = ["rooms", "clutter", "restrictions", "walls", "dividers", "meta"] as const;
-export type ShapeLayer = (typeof SHAPE_LAYERS)[number] & Layer;
+/** Layers of shapes, from the bottom up. */
+export const VECTOR_LAYERS = [
+  "rooms",
+  "clutter",
+  "restrictions",
+  "walls",
+  "selection",
+  "dividers",
+  "meta",
+  "names",
+] as const;
+export type VectorLayerName = (typeof VECTOR_LAYERS)[number];
+type Shapes = Readonly<Record<Exclude<VectorLayerName, "selection">, Feature[]>>;
 
 const FONTS: Readonly<Record<LabelPart, string>> = {
   name: "600 15px 'Figtree Variable', sans-serif",
   area: "500 13px 'Figtree Variable', sans-serif",
 };
 
-export function shapes(view: MapView, scheme: Scheme): Readonly<Record<ShapeLayer, Feature[]>> {
+export function shapes(view: MapView, scheme: Scheme): Shapes {
   const style = MAP_STYLES[scheme];
   return {
     rooms: view.rooms.map((room) =>
@@ -56,11 +66,12 @@ export function shapes(view: MapView, scheme: Scheme): Readonly<Record<ShapeLaye
       ),
       ...view.metaDividers.map(({ geometry }) => styled(shape(geometry), toStyle({ stroke: style.metaDivider }))),
     ],
+    names: names(view, scheme),
   };
 }
 
 /** One point a room, largest room first: where names would run into each other, the first one stays. */
-export function names(view: MapView, scheme: Scheme): Feature[] {
+function names(view: MapView, scheme: Scheme): Feature[] {
   const style = MAP_STYLES[scheme];
   const textStyle = new Text({
     fill: new Fill({ color: style.ink }),

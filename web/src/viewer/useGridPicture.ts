@@ -1,6 +1,6 @@
 import { useQuery } from "@tanstack/react-query";
 import { useMemo } from "react";
-import { gridQuery } from "../api/queries";
+import { cellsQuery } from "../api/queries";
 import type { Scheme } from "../map/colours";
 import type { MapDocument } from "../map/document";
 import { RASTER_COLOURS, recolour } from "../map/raster";
@@ -14,7 +14,7 @@ export function useGridPicture(
   document: MapDocument,
   scheme: Scheme,
 ): { picture: GridPicture | null; failed: boolean } {
-  const grid = useQuery(gridQuery(document.grid));
+  const grid = useQuery(cellsQuery(document.cells));
   const { frame } = document;
   const picture = useMemo(
     () => (grid.data ? { image: painted(grid.data, scheme), frame } : null),
