@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import shapely
-from shapely import LineString
+from shapely import LineString, MultiLineString
 
 from stillroom.maps.geometry import Points
 from stillroom.maps.grid import OccupancyGrid, distance_to, look_up
@@ -95,7 +95,7 @@ def _loose_ends(
 def rooms_are_enclosed(semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:
     """Every edge of a room is a wall section, a divider or a meta-divider."""
     dividers = _lines(semantic_map.dividers) + _lines(semantic_map.meta.dividers)
-    barriers = shapely.buffer(shapely.multilinestrings(_lines(semantic_map.walls) + dividers), TOUCH_M, quad_segs=1)
+    barriers = shapely.buffer(MultiLineString(_lines(semantic_map.walls) + dividers), TOUCH_M, quad_segs=1)
     for room in semantic_map.rooms:
         open_ = shapely.length(shapely.difference(shapely.boundary(room.polygon), barriers))
         if open_ > TOUCH_M:
@@ -133,5 +133,5 @@ def _lines(features: Sequence[Wall] | Sequence[Divider] | Sequence[MetaDivider])
 
 
 def _at(values: npt.NDArray[np.float32], points: Points, grid: OccupancyGrid) -> npt.NDArray[np.float32]:
-    """`values` at points (n, 2) of the map frame."""
-    return look_up(values, grid.frame.to_cells(points), np.inf)
+    """`values` at points (n, 2) of the map frame, the nearest cell's beyond the grid."""
+    return look_up(values, grid.frame.to_cells_inside(points), np.inf)
