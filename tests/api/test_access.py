@@ -154,6 +154,9 @@ def test_a_sign_in_link_works_once_and_gives_a_cookie_that_scripts_cannot_read(s
     assert {"HttpOnly", "SameSite=lax"} <= set(first.headers["Set-Cookie"].split("; "))
     service.http.cookies.clear()
     assert service.http.get(link, follow_redirects=False).status_code == 401
+    browser = service.http.get(link, headers={"Accept": "text/html"}, follow_redirects=False)
+    assert (browser.status_code, browser.headers["Location"]) == (303, "/")
+    assert "Set-Cookie" not in browser.headers
 
 
 def test_a_session_ends_when_its_owner_signs_out(service: Service) -> None:

@@ -22,9 +22,10 @@ from stillroom.api.context import (
     png,
 )
 from stillroom.documents import api
+from stillroom.documents.geojson import RoomFeature
 from stillroom.documents.operations import EditRequest
 from stillroom.errors import InvalidInput, PreconditionRequired
-from stillroom.service import maps
+from stillroom.service import edits, maps
 
 router = APIRouter(prefix="/api/v1/robots/{robot}/maps/{map}")
 _READ = [Depends(allowed("read"))]
@@ -45,7 +46,7 @@ def show_map(request: Request, service: Service, robot: RobotId, map_name: MapNa
 @router.patch("", response_model=api.MapSummary, dependencies=_EDIT)
 def change_settings(service: Service, robot: RobotId, map_name: MapName, settings: api.MapSettings) -> Response:
     """What people call the map, and whether updates that are not certain wait for them."""
-    summary, map_id = maps.change_settings(service.database, robot, map_name, settings)
+    summary, map_id = edits.change_settings(service.database, robot, map_name, settings)
     service.signals.changed(map_id)
     return document(summary)
 
@@ -91,7 +92,7 @@ def restore_version(
     service: Service, who: Caller, robot: RobotId, map_name: MapName, number: VersionNumber
 ) -> Response:
     """An old version again, as a new one."""
-    made, map_id = maps.restore_version(service.database, who, robot, map_name, number)
+    made, map_id = edits.restore_version(service.database, who, robot, map_name, number)
     service.signals.changed(map_id)
     return document(made, 201, _tag(made.version))
 
@@ -108,7 +109,7 @@ def edit_map(
 ) -> Response:
     """All operations or none, as one new version."""
     operations = [operation.as_operation() for operation in edit.operations]
-    made, map_id = maps.edit_map(
+    made, map_id = edits.edit_map(
         service.database, who, robot, map_name, expected_version(if_match), operations, dry_run
     )
     if dry_run:
@@ -117,7 +118,7 @@ def edit_map(
     return document(made, headers=_tag(made.version))
 
 
-@router.get("/rooms/{room}", response_model=api.RoomFeature | api.RetiredRoom, dependencies=_READ)
+@router.get("/rooms/{room}", response_model=RoomFeature | api.RetiredRoom, dependencies=_READ)
 def show_room(service: Service, robot: RobotId, map_name: MapName, room: str) -> Response:
     """The room, or where its space went, for any id that ever was."""
     return document(maps.find_room(service.database, robot, map_name, room))

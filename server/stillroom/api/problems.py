@@ -90,6 +90,8 @@ def _problem(
 
 async def _domain_error(_request: Request, error: Exception) -> Response:
     assert isinstance(error, StillroomError)
+    if isinstance(error, errors.Unavailable):
+        log.warning("the service could not answer", detail=error.detail, cause=repr(error.__cause__))
     return problem_of(error)
 
 

@@ -7,6 +7,7 @@ from starlette.responses import RedirectResponse, Response
 
 from stillroom.api.context import SESSION_COOKIE, Caller, Limit, Service, document, operator_only, page
 from stillroom.documents import api
+from stillroom.errors import Unauthenticated
 from stillroom.service import accounts, maps
 
 router = APIRouter()
@@ -46,8 +47,13 @@ def sign_out(request: Request, service: Service, _who: Caller) -> Response:
 @router.get("/login", include_in_schema=False)
 def sign_in(request: Request, service: Service, token: Annotated[str, Query(max_length=200)]) -> Response:
     """A one-time link's target."""
-    cookie = accounts.sign_in(service.database, token)
     response = RedirectResponse("/", 303, {"Referrer-Policy": "no-referrer"})
+    try:
+        cookie = accounts.sign_in(service.database, token)
+    except Unauthenticated:
+        if "text/html" in request.headers.get("Accept", ""):
+            return response  # the app greets those who are signed in already, and tells others how to get a link
+        raise
     response.set_cookie(
         SESSION_COOKIE,
         cookie,

@@ -5,18 +5,13 @@ from typing import Annotated, Generic, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from stillroom.maps.semantics import DividerKind, MadeBy, RestrictionKind, WallKind
+from stillroom.documents.geojson import Document, Feature
 
 Outcome = Literal["created", "updated", "resolved", "needs_review", "reverted", "superseded", "parked"]
 Status = Literal["queued", "processing", "done"]
 Cause = Literal["created", "mission", "edit", "decision", "restore", "import"]
 Review = Literal["automatic", "ask_first"]
-Position = tuple[float, float]
 ItemT = TypeVar("ItemT")
-
-
-class Document(BaseModel):
-    model_config = ConfigDict(frozen=True)
 
 
 class Page(Document, Generic[ItemT]):
@@ -41,119 +36,6 @@ class Problem(BaseModel):
     detail: str
     errors: list[FaultDocument]
     retryable: bool
-
-
-# -- geometry and features ---------------------------------------------------------------------------------------------
-
-
-class Polygon(Document):
-    type: Literal["Polygon"] = "Polygon"
-    coordinates: list[list[Position]]
-    """Exterior ring first, then holes; each closed."""
-
-
-class LineString(Document):
-    type: Literal["LineString"] = "LineString"
-    coordinates: list[Position]
-
-
-class RoomProperties(Document):
-    semantic: Literal["room"] = "room"
-    name: str
-    segment_id: int
-    area: float
-    """Square metres."""
-    made_by: MadeBy
-    derived_from: str | None
-    last_visited: str | None
-    """Id of the newest mission that saw it."""
-    pinned: bool
-
-
-class DividerProperties(Document):
-    semantic: Literal["divider"] = "divider"
-    kind: DividerKind
-    made_by: MadeBy
-    rooms: list[str]
-
-
-class WallProperties(Document):
-    semantic: Literal["wall"] = "wall"
-    kind: WallKind
-
-
-class ClutterProperties(Document):
-    semantic: Literal["clutter"] = "clutter"
-
-
-class MetaDividerProperties(Document):
-    semantic: Literal["meta_divider"] = "meta_divider"
-    rooms: list[str]
-    since: str
-    """Id of the mission that first needed it."""
-
-
-class MetaOccupancyProperties(Document):
-    semantic: Literal["meta_occupancy"] = "meta_occupancy"
-    cell: Literal["occupied", "free"]
-    since: str
-
-
-class RestrictionProperties(Document):
-    semantic: Literal["restriction"] = "restriction"
-    kind: RestrictionKind
-    placement: Literal["placed", "unplaced"]
-
-
-class _Feature(Document):
-    type: Literal["Feature"] = "Feature"
-    id: str
-
-
-class RoomFeature(_Feature):
-    geometry: Polygon
-    properties: RoomProperties
-
-
-class DividerFeature(_Feature):
-    geometry: LineString
-    properties: DividerProperties
-
-
-class WallFeature(_Feature):
-    geometry: LineString
-    properties: WallProperties
-
-
-class ClutterFeature(_Feature):
-    geometry: Polygon
-    properties: ClutterProperties
-
-
-class MetaDividerFeature(_Feature):
-    geometry: LineString
-    properties: MetaDividerProperties
-
-
-class MetaOccupancyFeature(_Feature):
-    geometry: Polygon
-    properties: MetaOccupancyProperties
-
-
-class RestrictionFeature(_Feature):
-    geometry: Polygon | LineString
-    properties: RestrictionProperties
-
-
-Feature = (
-    RoomFeature
-    | DividerFeature
-    | WallFeature
-    | ClutterFeature
-    | MetaDividerFeature
-    | MetaOccupancyFeature
-    | RestrictionFeature
-)
 
 
 # -- maps --------------------------------------------------------------------------------------------------------------

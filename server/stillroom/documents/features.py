@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from stillroom.documents import api
+from stillroom.documents import api, geojson
 from stillroom.documents.stored import rings
 from stillroom.maps.geometry import Point
 from stillroom.maps.grid import GridFrame
@@ -14,35 +14,36 @@ def frame(of: GridFrame) -> api.Frame:
     return api.Frame(resolution=of.resolution, width=of.width, height=of.height, origin=(o.x, o.y, o.yaw))
 
 
-def features(m: SemanticMap) -> list[api.Feature]:
+def features(m: SemanticMap) -> list[geojson.Feature]:
     dividers = [
-        api.DividerFeature(
+        geojson.DividerFeature(
             id=d.id,
             geometry=_line(d.line),
-            properties=api.DividerProperties(kind=d.kind, made_by=d.made_by, rooms=list(d.rooms)),
+            properties=geojson.DividerProperties(kind=d.kind, made_by=d.made_by, rooms=list(d.rooms)),
         )
         for d in m.dividers
     ]
     walls = [
-        api.WallFeature(id=w.id, geometry=_line(w.line), properties=api.WallProperties(kind=w.kind)) for w in m.walls
+        geojson.WallFeature(id=w.id, geometry=_line(w.line), properties=geojson.WallProperties(kind=w.kind))
+        for w in m.walls
     ]
     clutter = [
-        api.ClutterFeature(id=c.id, geometry=_polygon(rings(c.polygon)), properties=api.ClutterProperties())
+        geojson.ClutterFeature(id=c.id, geometry=_polygon(rings(c.polygon)), properties=geojson.ClutterProperties())
         for c in m.clutter
     ]
     meta_dividers = [
-        api.MetaDividerFeature(
+        geojson.MetaDividerFeature(
             id=d.id,
             geometry=_line(d.line),
-            properties=api.MetaDividerProperties(rooms=list(d.rooms), since=d.since),
+            properties=geojson.MetaDividerProperties(rooms=list(d.rooms), since=d.since),
         )
         for d in m.meta.dividers
     ]
     meta_occupancy = [
-        api.MetaOccupancyFeature(
+        geojson.MetaOccupancyFeature(
             id=o.id,
             geometry=_polygon(rings(o.polygon)),
-            properties=api.MetaOccupancyProperties(cell=o.cell, since=o.since),
+            properties=geojson.MetaOccupancyProperties(cell=o.cell, since=o.since),
         )
         for o in m.meta.occupancy
     ]
@@ -57,11 +58,11 @@ def features(m: SemanticMap) -> list[api.Feature]:
     ]
 
 
-def room(of: Room) -> api.RoomFeature:
-    return api.RoomFeature(
+def room(of: Room) -> geojson.RoomFeature:
+    return geojson.RoomFeature(
         id=of.id,
         geometry=_polygon(rings(of.polygon)),
-        properties=api.RoomProperties(
+        properties=geojson.RoomProperties(
             name=of.name,
             segment_id=of.segment_id,
             area=round(of.polygon.area, 3),
@@ -77,18 +78,18 @@ def segments(m: SemanticMap, group: str) -> list[api.Segment]:
     return [api.Segment(id=str(r.segment_id), name=r.name, group=group) for r in m.rooms]
 
 
-def _restriction(of: Restriction) -> api.RestrictionFeature:
+def _restriction(of: Restriction) -> geojson.RestrictionFeature:
     is_line = of.kind == "virtual_wall"
-    return api.RestrictionFeature(
+    return geojson.RestrictionFeature(
         id=of.id,
         geometry=_line(of.shape) if is_line else _polygon([[list(p) for p in (*of.shape, of.shape[0])]]),
-        properties=api.RestrictionProperties(kind=of.kind, placement="placed" if of.placed else "unplaced"),
+        properties=geojson.RestrictionProperties(kind=of.kind, placement="placed" if of.placed else "unplaced"),
     )
 
 
-def _line(points: Sequence[Point]) -> api.LineString:
-    return api.LineString(coordinates=list(points))
+def _line(points: Sequence[Point]) -> geojson.LineString:
+    return geojson.LineString(coordinates=list(points))
 
 
-def _polygon(coordinates: list[list[list[float]]]) -> api.Polygon:
-    return api.Polygon(coordinates=[[(x, y) for x, y in ring] for ring in coordinates])
+def _polygon(coordinates: list[list[list[float]]]) -> geojson.Polygon:
+    return geojson.Polygon(coordinates=[[(x, y) for x, y in ring] for ring in coordinates])

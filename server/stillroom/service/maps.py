@@ -1,20 +1,16 @@
 """People look at maps, edit them and bring old versions back."""
 
-from collections.abc import Sequence
-from datetime import UTC, datetime
-
 from stillroom.documents import api
 from stillroom.documents.features import features, frame, room, segments
+from stillroom.documents.geojson import RoomFeature
 from stillroom.documents.images import Reading, as_png, cells_as_png
 from stillroom.documents.missions import stored_meta
 from stillroom.documents.stored import decode_map
-from stillroom.errors import NotFound, StaleVersion
+from stillroom.errors import NotFound
 from stillroom.maps.semantics import SemanticMap
-from stillroom.pipeline.edits import EditResult, Operation, apply_edits
-from stillroom.service.accounts import Principal, signature, visible_to
+from stillroom.service.accounts import Principal, visible_to
 from stillroom.service.paging import page_of
-from stillroom.service.versions import ids_of, new_version
-from stillroom.store import events, lanes, maps, missions, robots
+from stillroom.store import maps, missions, robots
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
 from stillroom.store.rows import MapRow, VersionHead, VersionRow
@@ -54,29 +50,29 @@ def map_url(of: MapRow) -> str:
 def version_in_force(database: Database, robot_id: str, map_name: str) -> tuple[MapRow, int]:
     """Raises NotFound where there is no such map, or none that has a version yet."""
     with database.read() as tx:
-        return _in_force(tx, robot_id, map_name)
+        return find_in_force(tx, robot_id, map_name)
 
 
 def map_document(database: Database, robot_id: str, map_name: str, number: int | None = None) -> api.MapDocument:
     """The version in force, or a given one. Raises NotFound."""
-    of, row = _version(database, robot_id, map_name, number)
-    return _document(of, row, decode_map(row.document))
+    of, row = find_version(database, robot_id, map_name, number)
+    return as_document(of, row, decode_map(row.document))
 
 
 def map_segments(database: Database, robot_id: str, map_name: str) -> list[api.Segment]:
-    of, row = _version(database, robot_id, map_name)
+    of, row = find_version(database, robot_id, map_name)
     return segments(decode_map(row.document), of.name)
 
 
 def version_grid(database: Database, grids: GridStore, robot_id: str, map_name: str, number: int) -> bytes:
     """The occupancy pixels under a version, as PNG. Raises NotFound."""
-    _, row = _version(database, robot_id, map_name, number)
+    _, row = find_version(database, robot_id, map_name, number)
     return as_png(grids.get(row.grid))
 
 
 def version_cells(database: Database, grids: GridStore, robot_id: str, map_name: str, number: int) -> bytes:
     """What the pixels under a version mean, as PNG. Raises NotFound."""
-    of, row = _version(database, robot_id, map_name, number)
+    of, row = find_version(database, robot_id, map_name, number)
     with database.read() as tx:
         mission = None if row.mission is None else missions.by_key(tx, of.id, row.mission)
     reading = Reading(resolution=1.0) if mission is None else stored_meta(mission.meta).reading()
@@ -88,7 +84,7 @@ def list_versions(
 ) -> api.Page[api.VersionListItem]:
     """The newest first. Raises NotFound."""
     with database.read() as tx:
-        of = _map(tx, robot_id, map_name)
+        of = find_map(tx, robot_id, map_name)
         rows, following = page_of(maps.versions_page(tx, of.id, cursor, limit + 1), limit, lambda row: str(row.number))
     items = [
         api.VersionListItem.model_validate(
@@ -99,10 +95,10 @@ def list_versions(
     return api.Page(items=items, next=following)
 
 
-def find_room(database: Database, robot_id: str, map_name: str, room_id: str) -> api.RoomFeature | api.RetiredRoom:
+def find_room(database: Database, robot_id: str, map_name: str, room_id: str) -> RoomFeature | api.RetiredRoom:
     """The room, or where its space went, for any id that ever was. Raises NotFound."""
     with database.read() as tx:
-        of, number = _in_force(tx, robot_id, map_name)
+        of, number = find_in_force(tx, robot_id, map_name)
         known = maps.room_row(tx, of.id, room_id)
         if known is None:
             raise NotFound(f"The map {map_name} of {robot_id} never had a room {room_id}.")
@@ -117,129 +113,29 @@ def find_room(database: Database, robot_id: str, map_name: str, room_id: str) ->
     return room(found)
 
 
-def edit_map(
-    database: Database,
-    caller: Principal,
-    robot_id: str,
-    map_name: str,
-    expected: int,
-    operations: Sequence[Operation],
-    dry_run: bool,
-) -> tuple[api.EditedMap, int]:
-    """All operations on version `expected` as one new version, and the map's id. Raises NotFound, StaleVersion, InvalidEdit.
-
-    Computed outside of any transaction; committed only if `expected` is still in force. A mission that is being processed
-    meanwhile notices the same way, and is then carried over from the edited map.
-    """
-    of, row = _expected(database, robot_id, map_name, expected)
-    result = apply_edits(decode_map(row.document, ids_of(of)), operations)
-    now, made_by = datetime.now(UTC), signature(caller)
-    if dry_run:
-        preview = VersionRow(
-            **vars(row)
-            | {"number": row.number + 1, "parent": row.number, "cause": "edit", "made_by": made_by, "created_at": now}
-        )
-        return _edited(of, preview, result), of.id
-    new = new_version(
-        result.map,
-        retired=result.retired,
-        parent=row.number,
-        cause="edit",
-        mission=row.mission,
-        made_by=made_by,
-        grid=row.grid,
-        frame_from=row.number,
-        motion=None,
-    )
-    with database.write() as tx:
-        lanes.lock(tx, of.id)
-        _check_in_force(maps.get(tx, of.id), expected)
-        number = maps.add_version(tx, of.id, new, now)
-        events.add(tx, of, "version", {"version": number, "cause": "edit"}, now)
-        made = maps.version_at(tx, of.id, number)
-    assert made is not None
-    return _edited(of, made, result), of.id
-
-
-def restore_version(
-    database: Database, caller: Principal, robot_id: str, map_name: str, number: int
-) -> tuple[api.MapDocument, int]:
-    """An old version again, as a new one; and the map's id. Raises NotFound."""
-    with database.write() as tx:
-        found, _ = _in_force(tx, robot_id, map_name)
-        lanes.lock(tx, found.id)
-        of, head = _in_force(tx, robot_id, map_name)
-        row, current = maps.version_at(tx, of.id, number), maps.version_at(tx, of.id, head)
-        if row is None or current is None:
-            raise NotFound(f"The map {map_name} of {robot_id} has no version {number}.")
-        restored, now = decode_map(row.document, ids_of(of)), datetime.now(UTC)
-        new = new_version(
-            restored,
-            retired=_ended_by_restore(decode_map(current.document), restored),
-            parent=head,
-            cause="restore",
-            mission=row.mission,
-            made_by=signature(caller),
-            grid=row.grid,
-            frame_from=number,
-            motion=None,
-        )
-        made_number = maps.add_version(tx, of.id, new, now)
-        events.add(tx, of, "version", {"version": made_number, "cause": "restore"}, now)
-        made = maps.version_at(tx, of.id, made_number)
-    assert made is not None
-    return _document(of, made, restored), of.id
-
-
-def change_settings(
-    database: Database, robot_id: str, map_name: str, settings: api.MapSettings
-) -> tuple[api.MapSummary, int]:
-    """Raises NotFound."""
-    values = {"title": settings.name and settings.name.strip(), "review": settings.review}
-    changed = {name: value for name, value in values.items() if value is not None}
-    with database.write() as tx:
-        of = _map(tx, robot_id, map_name)
-        if changed:
-            maps.change_settings(tx, of.id, changed)
-            events.add(tx, of, "settings", {}, datetime.now(UTC))
-        of = maps.get(tx, of.id)
-        return map_summary(of, maps.heads(tx, [of]).get(of.id)), of.id
-
-
-def _map(tx: Transaction, robot_id: str, map_name: str) -> MapRow:
+def find_map(tx: Transaction, robot_id: str, map_name: str) -> MapRow:
     of = maps.by_name(tx, robot_id, map_name)
     if of is None:
         raise NotFound(f"{robot_id} has no map {map_name}.")
     return of
 
 
-def _in_force(tx: Transaction, robot_id: str, map_name: str) -> tuple[MapRow, int]:
-    of = _map(tx, robot_id, map_name)
+def find_in_force(tx: Transaction, robot_id: str, map_name: str) -> tuple[MapRow, int]:
+    of = find_map(tx, robot_id, map_name)
     if of.head is None:
         raise NotFound(f"The map {map_name} of {robot_id} has no version yet: its first mission is not done.")
     return of, of.head
 
 
-def _version(database: Database, robot_id: str, map_name: str, number: int | None = None) -> tuple[MapRow, VersionRow]:
+def find_version(
+    database: Database, robot_id: str, map_name: str, number: int | None = None
+) -> tuple[MapRow, VersionRow]:
     with database.read() as tx:
-        of, head = _in_force(tx, robot_id, map_name)
+        of, head = find_in_force(tx, robot_id, map_name)
         row = maps.version_at(tx, of.id, head if number is None else number)
     if row is None:
         raise NotFound(f"The map {map_name} of {robot_id} has no version {number}.")
     return of, row
-
-
-def _expected(database: Database, robot_id: str, map_name: str, expected: int) -> tuple[MapRow, VersionRow]:
-    of, row = _version(database, robot_id, map_name)
-    _check_in_force(of, expected)
-    return of, row
-
-
-def _check_in_force(of: MapRow, expected: int) -> None:
-    if of.head != expected:
-        raise StaleVersion(
-            f"The map is at version {of.head}; the change was made to version {expected}.", current=of.head
-        )
 
 
 def _survivor(tx: Transaction, map_id: int, room_id: str) -> str | None:
@@ -250,12 +146,6 @@ def _survivor(tx: Transaction, map_id: int, room_id: str) -> str | None:
         seen.add(row.survivor)
         row = maps.room_row(tx, map_id, row.survivor)
     return None if row is None or row.retired else row.id
-
-
-def _ended_by_restore(current: SemanticMap, restored: SemanticMap) -> dict[str, str | None]:
-    """Rooms that the restored version does not have -> the room of it that they were split from, where they were."""
-    living = {r.id for r in restored.rooms}
-    return {r.id: r.derived_from if r.derived_from in living else None for r in current.rooms if r.id not in living}
 
 
 def _summary(of: MapRow, row: VersionHead) -> dict[str, object]:
@@ -271,7 +161,7 @@ def _summary(of: MapRow, row: VersionHead) -> dict[str, object]:
     }
 
 
-def _fields(of: MapRow, row: VersionHead, semantic_map: SemanticMap) -> dict[str, object]:
+def document_fields(of: MapRow, row: VersionHead, semantic_map: SemanticMap) -> dict[str, object]:
     return _summary(of, row) | {
         "frame": frame(semantic_map.frame),
         "grid": f"{map_url(of)}/versions/{row.number}/grid.png",
@@ -280,10 +170,5 @@ def _fields(of: MapRow, row: VersionHead, semantic_map: SemanticMap) -> dict[str
     }
 
 
-def _document(of: MapRow, row: VersionHead, semantic_map: SemanticMap) -> api.MapDocument:
-    return api.MapDocument.model_validate(_fields(of, row, semantic_map))
-
-
-def _edited(of: MapRow, row: VersionHead, result: EditResult) -> api.EditedMap:
-    problems = [api.EditProblem.model_validate(vars(problem)) for problem in result.problems]
-    return api.EditedMap.model_validate(_fields(of, row, result.map) | {"problems": problems})
+def as_document(of: MapRow, row: VersionHead, semantic_map: SemanticMap) -> api.MapDocument:
+    return api.MapDocument.model_validate(document_fields(of, row, semantic_map))
