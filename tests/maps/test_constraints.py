@@ -157,6 +157,6 @@ def test_a_map_of_nothing_breaks_no_constraint() -> None:
 
 
 def test_a_wall_is_judged_in_the_grids_own_frame() -> None:
-    grid = draw("....\n####", origin=Pose(5.0, 1.0, pi / 2)).grid
+    grid = draw("....\n....\n....\n....\n####", origin=Pose(5.0, 1.0, pi / 2)).grid
     along, across = Wall("w1", ((4.9, 1.0), (4.9, 1.7))), Wall("w2", ((4.9, 1.1), (4.2, 1.1)))
     assert {v.feature for v in violations(SemanticMap(grid.frame, walls=(along, across)), grid, 0.20)} == {"w2"}
