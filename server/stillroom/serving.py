@@ -3,6 +3,9 @@
 import os
 import signal
 import sys
+from collections.abc import Callable
+from functools import partial
+from socket import socket
 from types import FrameType
 
 import structlog
@@ -22,11 +25,17 @@ log = structlog.get_logger()
 
 
 class _Server(uvicorn.Server):
-    """Ends event streams when asked to stop, which would otherwise keep it from ending."""
+    """Says when it listens; ends event streams when asked to stop, which would otherwise keep it from ending."""
 
-    def __init__(self, config: uvicorn.Config, signals: Signals) -> None:
+    def __init__(self, config: uvicorn.Config, signals: Signals, listening: Callable[[], None]) -> None:
         super().__init__(config)
         self._signals = signals
+        self._listening = listening
+
+    async def startup(self, sockets: list[socket] | None = None) -> None:
+        await super().startup(sockets)
+        if self.started:
+            self._listening()
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         self._signals.close()
@@ -49,10 +58,9 @@ def serve(settings: Settings, host: str, port: int, worker_count: int) -> None:
     config = uvicorn.Config(
         app, host=host, port=port, log_level="warning", timeout_graceful_shutdown=GRACE_S, server_header=False
     )
-    server = _Server(config, signals)
+    server = _Server(config, signals, partial(announce, host, port, new_login_link(database), settings))
     signal.signal(signal.SIGTERM, _end)
     try:
-        announce(host, port, new_login_link(database), settings)
         server.run()
     finally:
         workers.stop()
