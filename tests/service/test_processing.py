@@ -1,5 +1,6 @@
 """Missions, edits and restores of one map meet; none is ever lost."""
 
+import threading
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.update import MapUpdate, update_map
 from stillroom.service import processing
 from stillroom.store import lanes, maps, missions
+from stillroom.store.database import Database
 from tests.conftest import RobotCaller, Service, features
 from tests.homes import home
 
@@ -188,3 +190,26 @@ def test_the_frame_of_every_version_is_stored(service: Service, mapped: RobotCal
     assert motion is not None
     start = np.array([[1.0, 1.0]])
     assert np.allclose(motion.apply(start), Pose(0.5, 0.0).apply(start), atol=0.02)
+
+
+def test_a_long_mission_keeps_its_claim(service: Service, mapped: RobotCaller, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lanes, "LEASE_S", 1.5)
+    renewed = threading.Event()
+    others: list[lanes.Claim | None] = []
+
+    def renew_and_tell(database: Database, held: lanes.Claim) -> None:
+        renew(database, held)
+        renewed.set()
+
+    def long_update(previous: SemanticMap, mission: Mission, **rest: Any) -> MapUpdate:
+        for _ in range(4):  # longer than the lease
+            renewed.clear()
+            assert renewed.wait(30)
+            others.append(lanes.claim(service.database))
+        return update_map(previous, mission, **rest)
+
+    renew = lanes.renew
+    monkeypatch.setattr(lanes, "renew", renew_and_tell)
+    monkeypatch.setattr(processing, "update_map", long_update)
+    assert mapped.upload("1", home(shift=(1, 0))).json()["outcome"] == "updated"
+    assert others == [None] * 4

@@ -3,7 +3,7 @@
 import time
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
@@ -13,6 +13,7 @@ from stillroom import __version__
 from stillroom.documents.images import read_grid
 from stillroom.documents.missions import MissionMeta, stored_meta
 from stillroom.documents.stored import decode_map, decode_motion, encode_motion
+from stillroom.errors import Unavailable
 from stillroom.maps.mission import Mission, tracked_motion
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import SemanticMap
@@ -226,7 +227,8 @@ def _renewed(database: Database, claim: lanes.Claim) -> Iterator[None]:
 
     def renew() -> None:
         while not done.wait(lanes.LEASE_S / 3):
-            lanes.renew(database, claim)
+            with suppress(Unavailable):  # there is time for two more attempts before the lease ends
+                lanes.renew(database, claim)
 
     thread = Thread(target=renew, name="lease", daemon=True)
     thread.start()

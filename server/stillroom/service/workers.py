@@ -39,18 +39,23 @@ def run_worker(database_url: str, grid_store: str, work: Connection, done: Conne
     logs.configure()
     database, grids = Database(database_url), GridStore(grid_store)
     while not _ended(alive):
+        pause = IDLE_S
         try:
             map_id = process_next(database, grids)
+            if map_id is not None:
+                _tell(done, map_id)
+                continue
+            pause = _until_next(database)
         except Exception:
-            log.exception("a mission could not be processed")
-            _wait(work, alive, IDLE_S)
-            continue
-        if map_id is None:
-            with database.read() as tx:
-                ready_in = lanes.seconds_to_next(tx)
-            _wait(work, alive, IDLE_S if ready_in is None else min(max(ready_in, 0.05), IDLE_S))
-        else:
-            _tell(done, map_id)
+            log.exception("a mission could not be processed; it is tried again when its lease has ended")
+        _wait(work, alive, pause)
+
+
+def _until_next(database: Database) -> float:
+    """How long to rest: until a lease of another worker ends, if it then has not been renewed."""
+    with database.read() as tx:
+        ready_in = lanes.seconds_to_next(tx)
+    return IDLE_S if ready_in is None else min(max(ready_in, 0.05), IDLE_S)
 
 
 def _ended(alive: Connection) -> bool:
