@@ -1,0 +1,70 @@
+"""Every page for everybody: axe's rules, small screens, large enough targets."""
+
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.e2e.conftest import ROOT, OpenPage, Robot
+from tests.e2e.looking import shown
+from tests.homes import home
+
+AXE = ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js"
+PAGES = ("list", "rooms", "history", "old version", "signed out", "nothing")
+Keep = Callable[[Page, str], None]
+
+
+@pytest.fixture
+def visit(mapped: Robot, open_page: OpenPage) -> Callable[..., Page]:
+    """Opens each of the app's pages in a state with much to see."""
+    mapped.upload("1", home(shift=(1, 0)), base_version=2, tracking={"transform": [0.05, 0.0, 0.0]})
+
+    def visited(name: str, **options: object) -> Page:
+        if name == "list":
+            page = open_page("/", **options)
+            expect(page.get_by_role("region", name=mapped.id).get_by_text("3")).not_to_have_count(0)
+        elif name == "signed out":
+            page = open_page("/", **options | {"storage_state": None})
+            expect(page.get_by_role("heading", name="Come on in")).to_be_visible()
+        elif name == "nothing":
+            page = open_page("/nothing/here", **options)
+            expect(page.get_by_role("heading", name="Nothing here")).to_be_visible()
+        else:
+            page = open_page(mapped.page + ("?version=1" if name == "old version" else ""), **options)
+            shown(page, 1 if name == "old version" else 3)
+            expect(page.get_by_text("of 3")).to_be_visible()
+            if name == "history":
+                page.get_by_role("tab", name="History").click()
+                expect(page.get_by_text("in force")).to_be_visible()
+            if name == "rooms":
+                page.get_by_role("button", name="Layers").click()
+                page.get_by_role("button", name="Kitchen").click()
+        return page
+
+    return visited
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_axe_finds_nothing(name: str, visit: Callable[..., Page], keep: Keep) -> None:
+    page = visit(name)
+    page.evaluate(AXE.read_text())
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme="dark" if scheme == "dark" else "light")
+        expect(page.locator(f"html[data-mantine-color-scheme={scheme}]")).to_be_attached()
+        found = page.evaluate("axe.run()")
+        keep(page, f"{name}-1440-{scheme}")
+        assert [(rule["id"], [node["html"] for node in rule["nodes"]]) for rule in found["violations"]] == []
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_at_360_pixels_nothing_scrolls_sideways_and_fingers_find_their_targets(
+    name: str, visit: Callable[..., Page], keep: Keep
+) -> None:
+    page = visit(name, width=360, height=740, has_touch=True)
+    keep(page, f"{name}-360-light")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    small = page.evaluate("""[...document.querySelectorAll('button, a, input, [role=tab]')]
+        .map((target) => [(target.closest('label') ?? target).getBoundingClientRect(), target.outerHTML])
+        .filter(([box]) => box.width > 1 && (box.width < 24 || box.height < 24))
+        .map(([, html]) => html)""")
+    assert small == []
