@@ -1,0 +1,1 @@
+"""Homes with ground truth and robots that map them: for tests, the demo and the benchmark."""
