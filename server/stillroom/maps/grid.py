@@ -38,6 +38,10 @@ class GridFrame:
         """Map frame (metres) to continuous cell coordinates, both of shape (n, 2)."""
         return self.origin.inverse().apply(points) / self.resolution
 
+    def to_cells_inside(self, points: Points) -> Points:
+        """The same, of the nearest place on the grid: outlines end on its very edge."""
+        return np.clip(self.to_cells(points), 0.0, (self.width - 0.5, self.height - 0.5))
+
     def to_map(self, coordinates: Points) -> Points:
         """Continuous cell coordinates to the map frame (metres), both of shape (n, 2)."""
         return self.origin.apply(coordinates * self.resolution)

@@ -43,7 +43,7 @@ def attach(
     ends = as_points(line)
     along = ends[1] - ends[0]
     length = float(np.hypot(*along))
-    if length < TOUCH_M:
+    if length < TOUCH_M or floor.is_empty:
         return Adrift(0, 0.0)
     along = along / length
     rings = shapely.get_rings(shapely.get_parts(floor))

@@ -73,7 +73,9 @@ def _touched(left: npt.NDArray[np.int64], right: npt.NDArray[np.int64]) -> tuple
     """Polygons beside a line, by how many samples on each side lie in each: the main one of both sides, and what is hit twice."""
     both = left + right
     across = {int(side.argmax()) for side in (left, right) if side.any()}
-    return tuple(i for i in np.argsort(-both, kind="stable").tolist() if i in across or both[i] >= 2)
+    met = np.flatnonzero(both)
+    ranked = met[np.argsort(-both[met], kind="stable")].tolist()
+    return tuple(i for i in ranked if i in across or both[i] >= 2)
 
 
 def overlaps(first: Sequence[Polygon], second: Sequence[Polygon]) -> npt.NDArray[np.float64]:

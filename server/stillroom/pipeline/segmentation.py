@@ -110,12 +110,14 @@ def _candidates(
     p, q = outline.points, outline.points[outline.after]
     corners = np.flatnonzero(outline.corner)
     edge = q - p
-    squared = np.maximum((edge**2).sum(1), 1e-9)
-    share = np.clip(((p[corners][:, None] - p[None]) * edge[None]).sum(2) / squared, 0, 1)
-    feet = p[None] + share[..., None] * edge[None]
-    length = np.linalg.norm(feet - p[corners][:, None], axis=2)
-    i, j = np.nonzero((length > shortest) & (length < longest))
-    a, b, length, share = p[corners[i]], feet[i, j], length[i, j], share[i, j]
+    edges = shapely.linestrings(np.stack([p, q], 1))
+    i, j = shapely.STRtree(edges).query(shapely.points(p[corners]), predicate="dwithin", distance=longest)
+    share = ((p[corners[i]] - p[j]) * edge[j]).sum(1) / np.maximum((edge[j] ** 2).sum(1), 1e-9)
+    share = np.clip(share, 0, 1)
+    a, b = p[corners[i]], p[j] + share[:, None] * edge[j]
+    length = np.linalg.norm(b - a, axis=1)
+    fits = (length > shortest) & (length < longest)
+    i, j, a, b, length, share = i[fits], j[fits], a[fits], b[fits], length[fits], share[fits]
     corner = corners[i]
     middle = look_up(clearance, frame.to_cells((a + b) / 2), 0) >= params.divider_clearance * length
     i = np.flatnonzero(middle)

@@ -84,51 +84,60 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
         return MultiPolygon()
     parents = hierarchy.reshape(-1, 4)[:, 3]
     tolerance = max(params.outline_tolerance_m / frame.resolution, 1.1)
-    shells: dict[int, Polygon] = {}
+    shells: dict[int, list[Polygon]] = {}
     holes: dict[int, list[Polygon]] = {}
     for i, contour in enumerate(contours):
-        ring = _ring(contour.reshape(-1, 2).astype(np.int32), tolerance, hole=parents[i] >= 0)
-        if ring is None:
-            continue
+        rings = _ring(contour.reshape(-1, 2).astype(np.int32), tolerance, hole=parents[i] >= 0)
         if parents[i] < 0:
-            shells[i] = ring
-        elif ring.area * frame.resolution**2 >= params.pillar_area_m2:
-            holes.setdefault(int(parents[i]), []).append(ring)
+            shells[i] = rings
+        else:
+            large = [ring for ring in rings if ring.area * frame.resolution**2 >= params.pillar_area_m2]
+            holes.setdefault(int(parents[i]), []).extend(large)
     parts: list[Polygon] = []
     for i, shell in shells.items():
-        if i in holes:
-            shell = shapely.difference(shell, shapely.union_all(holes[i], grid_size=GRID_M), grid_size=GRID_M)
-        parts += [p for p in polygons_in(shell) if p.area * frame.resolution**2 >= max(smallest_m2, GRID_M)]
-    moved = shapely.transform(MultiPolygon(parts), lambda p: frame.to_map(as_points(p)))
-    snapped = shapely.set_precision(moved, GRID_M)
-    return shapely.orient_polygons(MultiPolygon(polygons_in(snapped)))
+        whole: list[Polygon] = shell
+        if holes.get(i):
+            pillars = shapely.union_all(holes[i], grid_size=GRID_M)
+            whole = polygons_in(shapely.difference(shell, pillars, grid_size=GRID_M))
+        parts += [p for p in whole if p.area * frame.resolution**2 >= max(smallest_m2, GRID_M)]
+    moved = shapely.transform(np.array(parts, dtype=object), lambda p: frame.to_map(as_points(p)))
+    snapped = polygons_in(shapely.set_precision(moved, GRID_M))
+    return shapely.orient_polygons(MultiPolygon(_apart(snapped)))
 
 
-def _ring(contour: Pixels, tolerance: float, hole: bool) -> Polygon | None:
-    """One border of the floor as a valid polygon in continuous cell coordinates; None where nothing is left of it.
+def _apart(parts: list[Polygon]) -> list[Polygon]:
+    """Parts that thin walls hold apart, and straightened edges don't: the larger keeps what both claim."""
+    parts = sorted(parts, key=lambda p: -p.area)
+    for i, j in np.sort(shapely.STRtree(parts).query(parts, predicate="intersects").T).tolist() if parts else []:
+        if i < j:
+            rest = polygons_in(shapely.difference(parts[j], shapely.buffer(parts[i], 2 * GRID_M), grid_size=GRID_M))
+            parts[j] = max(rest, key=lambda p: p.area, default=Polygon())
+    return [part for part in parts if not part.is_empty]
+
+
+def _ring(contour: Pixels, tolerance: float, hole: bool) -> list[Polygon]:
+    """One border of the floor as valid polygons in continuous cell coordinates, mostly one.
 
     `contour`: (n, 2), indices of the floor's border cells in order, as findContours gives them.
     """
-    corners = cv2.approxPolyDP(contour, tolerance, True).reshape(-1, 2).astype(np.int32)
-    if len(corners) >= 3:
-        fitted = _straighten(contour, corners, tolerance, hole)
-        if fitted is not None:
+    for finer in (tolerance, tolerance / 2, 1.0):
+        corners = cv2.approxPolyDP(contour, finer, True).reshape(-1, 2).astype(np.int32)
+        fitted = _straighten(contour, corners, finer, hole) if len(corners) >= 3 else []
+        if fitted:
             return fitted
-    rough = Polygon(corners + 0.5) if len(corners) >= 3 else shapely.MultiPoint(contour + 0.5).envelope
+    rough = Polygon(contour + 0.5) if len(contour) >= 3 else shapely.MultiPoint(contour + 0.5).envelope
     grown = shapely.buffer(shapely.make_valid(rough), -0.5 if hole else 0.5, join_style="mitre", cap_style="square")
-    largest = max(polygons_in(grown), key=lambda p: p.area, default=None)
-    return (
-        None
-        if largest is None
-        else max(polygons_in(shapely.make_valid(Polygon(largest.exterior))), key=lambda p: p.area)
-    )
+    return [shapely.simplify(Polygon(p.exterior), 0.5) for p in polygons_in(grown)]
 
 
-def _straighten(contour: Pixels, corners: Pixels, tolerance: float, hole: bool) -> Polygon | None:
-    """Fits a line to the border cells of each edge, moves it out to the wall's face, and intersects neighbours; None where that fails."""
+def _straighten(contour: Pixels, corners: Pixels, tolerance: float, hole: bool) -> list[Polygon]:
+    """Fits a line to the border cells of each edge, moves it out to the wall's face, and intersects neighbours; nothing where that fails.
+
+    Straight edges on both sides of a thin wall may cross. What both claim is left to the wall, so that it still holds.
+    """
     order, at = _in_order(contour, corners)
     if len(at) < 3:
-        return None
+        return []
     points = order.astype(np.float64) + 0.5
     starts = points[at]
     ends = np.roll(starts, -1, axis=0)
@@ -137,9 +146,9 @@ def _straighten(contour: Pixels, corners: Pixels, tolerance: float, hole: bool) 
     normals = np.stack([directions[:, 1], -directions[:, 0]], 1) * (np.sign(signed) * (-1.0 if hole else 1.0))
     centres = centres + normals * (0.5 * np.abs(normals).max(1, keepdims=True))
     polygon = Polygon(_meet(centres, directions, normals, starts, tolerance))
-    if not polygon.is_valid or abs(polygon.area - abs(signed) / 2) > 0.5 * polygon.length + 0.1 * abs(signed):
-        return None
-    return polygon
+    parts = [polygon] if polygon.is_valid else polygons_in(shapely.make_valid(polygon))
+    missing = abs(sum(part.area for part in parts) - abs(signed) / 2)
+    return parts if missing <= 0.5 * polygon.length + 0.1 * abs(signed) else []
 
 
 def _in_order(contour: Pixels, corners: Pixels) -> tuple[Pixels, npt.NDArray[np.int64]]:
@@ -220,7 +229,7 @@ def _ring_pieces(
     stations = np.concatenate([[0.0], np.cumsum(lengths)])
     at = np.arange(0.0, stations[-1], step)
     samples = np.stack([np.interp(at, stations, ring[:, k]) for k in (0, 1)], 1)
-    runs = look_up(occupied_distance, frame.to_cells(samples), np.inf) <= params.wall_reach_m
+    runs = look_up(occupied_distance, frame.to_cells_inside(samples), np.inf) <= params.wall_reach_m
     runs &= np.roll(runs, 1) | np.roll(runs, -1)
     if runs.all() or not runs.any():
         return [("wall" if runs[0] else "open", ring)]
