@@ -95,7 +95,7 @@ def transfer_semantics(tracked: SemanticMap, grid: OccupancyGrid, mission_id: st
     """Steps 2 to 6: obstacles into wall and clutter, walls, divider ends, rooms."""
     shut = tuple(d.id for d in tracked.dividers if _is_shut(d.line, grid, params))
     obstacles = classify_obstacles(tracked, grid, shut, params)
-    floor = outline(obstacles.floor, grid.frame, params, smallest_m2=params.face_area_m2)
+    floor = _worth(outline(obstacles.floor, grid.frame, params, smallest_m2=params.face_area_m2), tracked, params)
     dividers, lost = _attach_dividers(tracked.dividers, floor, params)
     pieces = partition(floor, [d.line for d in dividers], params.face_area_m2)
     visited = _visited(tracked, grid)
@@ -108,21 +108,24 @@ def transfer_semantics(tracked: SemanticMap, grid: OccupancyGrid, mission_id: st
         dividers=tuple(
             replace(d, rooms=tuple(rooms[i].id for i in sides)) for d, sides in zip(dividers, beside, strict=True)
         ),
-        walls=wall_features(
-            _kept(floor, rooms), distance_to(grid.occupied, grid.frame.resolution), grid.frame, version[1:], params
-        ),
+        walls=wall_features(floor, distance_to(grid.occupied, grid.frame.resolution), grid.frame, version[1:], params),
         clutter=clutter_features(obstacles.clutter, grid.frame, version[1:], params),
         ids=ids,
     )
     return Transfer(tracked, candidate, lost, shut, fresh, visited)
 
 
-def _kept(floor: MultiPolygon, rooms: Sequence[Room]) -> MultiPolygon:
-    """The parts of the floor that hold rooms: walls are drawn for these alone."""
-    if floor.is_empty or not rooms:
-        return MultiPolygon()
-    inner = shapely.point_on_surface([room.polygon for room in rooms])
-    return MultiPolygon([part for part in floor.geoms if shapely.contains(part, inner).any()])
+def _worth(floor: MultiPolygon, tracked: SemanticMap, params: Params) -> MultiPolygon:
+    """The parts of the floor that were rooms or are large enough to become one."""
+    parts = polygons_in(floor)
+    known = overlaps(parts, [room.polygon for room in tracked.rooms]).sum(1)
+    return MultiPolygon(
+        [
+            part
+            for part, before in zip(parts, known.tolist(), strict=True)
+            if part.area >= params.room_area_m2 or before >= NEW_SHARE * part.area
+        ]
+    )
 
 
 # -- steps 2 to 4: obstacles ---------------------------------------------------------------------------------------
