@@ -40,7 +40,6 @@ export const texts = {
     rooms: (n: number) => (n === 0 ? "no rooms yet" : count(n, "room", "rooms")),
     noMissions: "No missions yet",
     waiting: "No map yet",
-    lastMission: "Last mission",
     floor: (map: string) => `Floor: ${map}`,
     robot: (id: string) => `Robot ${id}`,
     noMaps: "This robot has not uploaded a mission yet.",
@@ -113,7 +112,6 @@ export const texts = {
       person: (who: string) => `by ${who}`,
     },
     scores: "How the rooms came through",
-    allKept: "Every room came through as it was.",
   },
   notCreated: "No map could be made",
   outcome: {

@@ -98,7 +98,6 @@ function MissionDetails({ mission }: { readonly mission: Mission }) {
   return (
     <div className={classes.details}>
       {mission.reason && <p>{mission.reason}</p>}
-      {mission.rooms.length > 0 && changed.length === 0 && <p>{texts.history.allKept}</p>}
       {changed.length > 0 && (
         <>
           <p className={classes.scores}>{texts.history.scores}</p>
