@@ -42,15 +42,21 @@ class Drawing:
         return found[0]
 
 
-def draw(text: str, cells: int = 4, resolution: float = 0.05, origin: Pose = Pose()) -> Drawing:
-    """`text` as a grid; each character is a square of `cells` x `cells` cells of `resolution` metres."""
+def draw(text: str, cells: int = 4, resolution: float = 0.05, origin: Pose = Pose(), margin: int = 0) -> Drawing:
+    """`text` as a grid; each character is a square of `cells` x `cells` cells of `resolution` metres.
+
+    `origin` is the pose of the drawing's lower left corner; `margin` characters of unexplored space are put around it.
+    Indentation and empty lines at both ends don't count.
+    """
     rows = dedent(text).strip("\n").split("\n")
     width = max(map(len, rows))
     signs = np.array([list(row.ljust(width)) for row in reversed(rows)])
+    signs = np.pad(signs, margin, constant_values=" ")
     values = np.full(signs.shape, Cell.FREE, np.uint8)
     values[signs == "#"] = Cell.OCCUPIED
     values[signs == " "] = Cell.UNEXPLORED
-    frame = GridFrame(resolution, width * cells, len(rows) * cells, origin)
+    x, y = origin.apply(as_points([(-margin * cells * resolution,) * 2]))[0].tolist()
+    frame = GridFrame(resolution, signs.shape[1] * cells, signs.shape[0] * cells, Pose(x, y, origin.yaw))
     grid = OccupancyGrid(frame, np.kron(values, np.ones((cells, cells), np.uint8)))
     places = {
         str(sign): frame.to_map(as_points(np.argwhere(signs == sign)[:, ::-1] + 0.5) * cells)
@@ -58,6 +64,15 @@ def draw(text: str, cells: int = 4, resolution: float = 0.05, origin: Pose = Pos
         if sign.isalpha()
     }
     return Drawing(grid, places, cells * resolution)
+
+
+def paint(grid: OccupancyGrid, cell: Cell, *shapes: Polygon) -> OccupancyGrid:
+    """`grid` with every cell whose centre lies in one of `shapes` set to `cell`."""
+    frame = grid.frame
+    columns, rows = np.meshgrid(np.arange(frame.width) + 0.5, np.arange(frame.height) + 0.5)
+    centres = frame.to_map(as_points(np.stack([columns.ravel(), rows.ravel()], 1)))
+    inside = shapely.contains_xy(shapely.union_all(list(shapes)), centres).reshape(grid.cells.shape)
+    return OccupancyGrid(frame, np.where(inside, np.uint8(cell), grid.cells))
 
 
 def rectangle(x0: float, y0: float, x1: float, y1: float) -> Polygon:

@@ -15,5 +15,6 @@ from tests.grids import any_grid
 def test_a_map_created_from_any_grid_keeps_every_constraint(grid: OccupancyGrid) -> None:
     semantic_map = create_map(grid, "1", Ids())
     assert violations(semantic_map, grid, PARAMS.wall_reach_m) == ()
-    ids = [f.id for f in (*semantic_map.rooms, *semantic_map.dividers, *semantic_map.walls, *semantic_map.clutter)]
+    ids = [room.id for room in semantic_map.rooms] + [divider.id for divider in semantic_map.dividers]
+    ids += [wall.id for wall in semantic_map.walls] + [item.id for item in semantic_map.clutter]
     assert len(set(ids)) == len(ids)

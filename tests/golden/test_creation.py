@@ -94,13 +94,13 @@ def test_a_home_looks_the_same_at_any_resolution() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    [".", "#", " ", ". . .\n     \n. . .", "#.#\n###\n#.#"],
-    ids=["one free cell", "one occupied cell", "one unexplored cell", "specks", "two specks"],
+    [".", "#", "#   ", ". . .\n     \n. . .", "#.#\n###\n#.#"],
+    ids=["one free cell", "one occupied cell", "nothing explored beside it", "specks", "two specks"],
 )
 def test_a_grid_without_space_for_a_room_is_a_map_without_rooms(text: str) -> None:
     drawing = draw(text, cells=1)
     semantic_map = created(drawing)
-    assert semantic_map.rooms == semantic_map.dividers == ()
+    assert (semantic_map.rooms, semantic_map.dividers) == ((), ())
     assert violations(semantic_map, drawing.grid, PARAMS.wall_reach_m) == ()
 
 
