@@ -76,7 +76,7 @@ def error_m(found: Points, true: Points) -> float:
     return float(np.linalg.norm(found - true, axis=1).max())
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(st.floats(-np.pi, np.pi), st.floats(-4, 4), st.floats(-4, 4))
 def test_any_turn_and_metres_of_shift_are_found(yaw: float, x: float, y: float) -> None:
     home = create_map(HOME.grid, "0", Ids())

@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from stillroom.documents.missions import Position
 from stillroom.maps.geometry import Line
-from stillroom.maps.semantics import DividerKind
+from stillroom.maps.semantics import DividerKind, RestrictionKind
 from stillroom.pipeline import edits
 
 LineDocument = tuple[Position, Position]
@@ -70,8 +70,33 @@ class MergeRooms(_Operation):
         return edits.MergeRooms(tuple(self.ids))
 
 
+class AddRestriction(_Operation):
+    op: Literal["add_restriction"]
+    kind: RestrictionKind
+    shape: Annotated[list[Position], Field(min_length=2, max_length=1000)]
+
+    def as_operation(self) -> edits.Operation:
+        return edits.AddRestriction(self.kind, tuple(self.shape))
+
+
+class RemoveRestriction(_Operation):
+    op: Literal["remove_restriction"]
+    id: FeatureId
+
+    def as_operation(self) -> edits.Operation:
+        return edits.RemoveRestriction(self.id)
+
+
 OperationDocument = Annotated[
-    AddDivider | MoveDivider | RemoveDivider | SetDividerKind | RenameRoom | MergeRooms, Field(discriminator="op")
+    AddDivider
+    | MoveDivider
+    | RemoveDivider
+    | SetDividerKind
+    | RenameRoom
+    | MergeRooms
+    | AddRestriction
+    | RemoveRestriction,
+    Field(discriminator="op"),
 ]
 
 

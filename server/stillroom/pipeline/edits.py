@@ -10,10 +10,11 @@ import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
 from stillroom.errors import Fault, InvalidEdit
-from stillroom.maps.geometry import GRID_M, Line, as_line, as_points
-from stillroom.maps.semantics import Divider, DividerKind, Ids, Room, SemanticMap
+from stillroom.maps.geometry import GRID_M, Line, Point, as_line, as_points, as_tuples
+from stillroom.maps.semantics import Divider, DividerKind, Ids, Restriction, RestrictionKind, Room, SemanticMap
 from stillroom.pipeline.dividers import Adrift, attach
 from stillroom.pipeline.params import PARAMS, Params
+from stillroom.pipeline.restrictions import faults_of
 from stillroom.pipeline.rooms import floor_of, new_rooms, overlaps, partition, rooms_beside
 
 MOST_OPERATIONS = 500
@@ -57,7 +58,27 @@ class MergeRooms:
     ids: tuple[str, ...]
 
 
-Operation = AddDivider | MoveDivider | RemoveDivider | SetDividerKind | RenameRoom | MergeRooms
+@dataclass(frozen=True)
+class AddRestriction:
+    kind: RestrictionKind
+    shape: tuple[Point, ...]
+
+
+@dataclass(frozen=True)
+class RemoveRestriction:
+    id: str
+
+
+Operation = (
+    AddDivider
+    | MoveDivider
+    | RemoveDivider
+    | SetDividerKind
+    | RenameRoom
+    | MergeRooms
+    | AddRestriction
+    | RemoveRestriction
+)
 
 
 @dataclass(frozen=True)
@@ -85,6 +106,7 @@ class _Draft:
 
     previous: SemanticMap
     dividers: tuple[Divider, ...]
+    restrictions: tuple[Restriction, ...]
     ids: Ids
     names: Mapping[str, str] = field(default_factory=dict)
     drawn: Mapping[str, str] = field(default_factory=dict)
@@ -117,7 +139,7 @@ def apply_edits(previous: SemanticMap, operations: Sequence[Operation], params: 
     """
     if not 1 <= len(operations) <= MOST_OPERATIONS:
         raise _fault("/operations", f"A batch holds 1 to {MOST_OPERATIONS} operations, this one {len(operations)}.")
-    draft = _Draft(previous, previous.dividers, previous.ids)
+    draft = _Draft(previous, previous.dividers, previous.restrictions, previous.ids)
     for index, operation in enumerate(operations):
         draft = _apply(draft, f"/operations/{index}", operation)
     floor = floor_of(previous.rooms)
@@ -128,7 +150,9 @@ def apply_edits(previous: SemanticMap, operations: Sequence[Operation], params: 
     pieces = partition(floor, lines + meta_lines)
     rooms, retired, ids = _match(previous.rooms, pieces, draft.ids)
     rooms = _named(rooms, draft.names, retired)
-    edited = replace(previous, rooms=rooms, dividers=_with_rooms(draft.dividers, rooms), ids=ids)
+    edited = replace(
+        previous, rooms=rooms, dividers=_with_rooms(draft.dividers, rooms), restrictions=draft.restrictions, ids=ids
+    )
     return EditResult(edited, retired, tuple(_problems(previous, edited)))
 
 
@@ -155,6 +179,24 @@ def _apply(draft: _Draft, pointer: str, operation: Operation) -> _Draft:
             return replace(draft, names={**draft.names, room_id: _name(pointer, name)})
         case MergeRooms(room_ids):
             return _merge(draft, pointer, room_ids)
+        case AddRestriction(kind, shape):
+            return _add_restriction(draft, pointer, kind, shape)
+        case RemoveRestriction(restriction_id):
+            kept_zones = tuple(r for r in draft.restrictions if r.id != restriction_id)
+            if len(kept_zones) == len(draft.restrictions):
+                raise _fault(f"{pointer}/id", f"There is no restriction {restriction_id}.")
+            return replace(draft, restrictions=kept_zones)
+
+
+def _add_restriction(draft: _Draft, pointer: str, kind: RestrictionKind, shape: Sequence[Point]) -> _Draft:
+    points = as_points(shape)
+    if len(points) > 3 and (points[0] == points[-1]).all():
+        points = points[:-1]
+    wrong = faults_of(kind, points, draft.previous.frame)
+    if wrong:
+        raise _fault(f"{pointer}/shape", wrong)
+    (fresh,), ids = draft.ids.take("z")
+    return replace(draft, ids=ids, restrictions=(*draft.restrictions, Restriction(fresh, kind, as_tuples(points))))
 
 
 def _line(pointer: str, line: Line) -> Line:

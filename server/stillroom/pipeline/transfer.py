@@ -60,7 +60,6 @@ def track(previous: SemanticMap, motion: Motion, frame: GridFrame) -> SemanticMa
         replace(room, polygon=moved if moved.is_valid else _largest(shapely.make_valid(moved), room.polygon))
         for room, moved in zip(previous.rooms, polygons, strict=True)
     )
-    restrictions = _moved([r.shape for r in previous.restrictions], motion)
     return replace(
         previous,
         frame=frame,
@@ -72,9 +71,6 @@ def track(previous: SemanticMap, motion: Motion, frame: GridFrame) -> SemanticMa
         walls=tuple(
             replace(w, line=as_tuples(line))
             for w, line in zip(previous.walls, _moved([w.line for w in previous.walls], motion), strict=True)
-        ),
-        restrictions=tuple(
-            replace(r, shape=as_tuples(shape)) for r, shape in zip(previous.restrictions, restrictions, strict=True)
         ),
     )
 

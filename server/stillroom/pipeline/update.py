@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from stillroom.maps.constraints import Violation, violations
@@ -15,6 +15,7 @@ from stillroom.pipeline.conflicts import RoomScore, score_rooms
 from stillroom.pipeline.creation import create_map
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.registration import Registration, register
+from stillroom.pipeline.restrictions import carry_restrictions
 from stillroom.pipeline.transfer import Transfer, track, transfer_semantics
 
 Outcome = Literal["created", "updated", "resolved", "needs_review", "reverted", "parked"]
@@ -82,6 +83,10 @@ def update_map(previous: SemanticMap, mission: Mission, params: Params = PARAMS,
     with stage("transfer"):
         tracked = track(previous, motion, mission.grid.frame)
         transfer = transfer_semantics(tracked, mission.grid, mission.id, params)
+        restrictions = carry_restrictions(
+            previous.restrictions, motion, previous.rooms, transfer.candidate.rooms, mission.grid.frame
+        )
+        transfer = replace(transfer, candidate=replace(transfer.candidate, restrictions=restrictions))
     with stage("conflicts"):
         rooms = score_rooms(tracked, transfer.candidate, transfer.visited, params)
         broken = violations(transfer.candidate, mission.grid, params.wall_reach_m)
@@ -147,5 +152,10 @@ def _warnings(previous: SemanticMap, transfer: Transfer, broken: Sequence[Violat
 
     lines = [f"{between(d)} found no wall to end on." for d in transfer.lost_dividers]
     lines += [f"{between(d)} looks shut; the rooms on both sides were kept." for d in transfer.shut_dividers]
+    lines += [
+        f"The {r.kind.replace('_', '-')} {r.id} could not be placed on the new map; it is kept as it was."
+        for r in transfer.candidate.restrictions
+        if not r.placed
+    ]
     lines += [f"{v.feature}: {v.constraint}, but {v.detail}." for v in broken]
     return tuple(lines)
