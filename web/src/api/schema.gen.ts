@@ -403,6 +403,24 @@ export interface components {
              */
             op: "add_divider";
         };
+        /** AddRestriction */
+        AddRestriction: {
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "no_go" | "no_mop" | "virtual_wall";
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            op: "add_restriction";
+            /** Shape */
+            shape: [
+                number,
+                number
+            ][];
+        };
         /**
          * Caller
          * @description Who the service takes the caller for.
@@ -507,7 +525,7 @@ export interface components {
          */
         EditRequest: {
             /** Operations */
-            operations: (components["schemas"]["AddDivider"] | components["schemas"]["MoveDivider"] | components["schemas"]["RemoveDivider"] | components["schemas"]["SetDividerKind"] | components["schemas"]["RenameRoom"] | components["schemas"]["MergeRooms"])[];
+            operations: (components["schemas"]["AddDivider"] | components["schemas"]["MoveDivider"] | components["schemas"]["RemoveDivider"] | components["schemas"]["SetDividerKind"] | components["schemas"]["RenameRoom"] | components["schemas"]["MergeRooms"] | components["schemas"]["AddRestriction"] | components["schemas"]["RemoveRestriction"])[];
         };
         /**
          * EditedMap
@@ -1008,6 +1026,16 @@ export interface components {
              * @enum {string}
              */
             op: "remove_divider";
+        };
+        /** RemoveRestriction */
+        RemoveRestriction: {
+            /** Id */
+            id: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            op: "remove_restriction";
         };
         /** RenameRoom */
         RenameRoom: {
