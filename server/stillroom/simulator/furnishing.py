@@ -113,8 +113,14 @@ def place(key: str, piece: Piece, room: TrueRoom, pose: Pose) -> Furniture:
     parts = _legs(w, d) if piece.legs else [box(-w / 2, 0.0, w / 2, d)]
     moved = [shapely.transform(part, pose.apply) for part in parts]
     footprint = shapely.transform(box(-w / 2, 0.0, w / 2, d), pose.apply)
-    return Furniture(key, room.name, footprint, as_multipolygon(moved[0] if len(moved) == 1 else shapely.union_all(moved)),
-                     piece.against_wall, piece.movable)
+    return Furniture(
+        key,
+        room.name,
+        footprint,
+        as_multipolygon(moved[0] if len(moved) == 1 else shapely.union_all(moved)),
+        piece.against_wall,
+        piece.movable,
+    )
 
 
 def may_stand(piece: Furniture, room: TrueRoom, doors: tuple[Door, ...], others: tuple[Furniture, ...]) -> bool:
@@ -125,7 +131,10 @@ def may_stand(piece: Furniture, room: TrueRoom, doors: tuple[Door, ...], others:
     if any(shapely.intersects(near, other.footprint) for other in others):
         return False
     ways = [_way(door) for door in doors]
-    if any(shapely.intersects(shapely.difference(way, door.polygon), piece.footprint) for way, door in zip(ways, doors, strict=True)):
+    if any(
+        shapely.intersects(shapely.difference(way, door.polygon), piece.footprint)
+        for way, door in zip(ways, doors, strict=True)
+    ):
         return False
     solids = shapely.union_all([piece.solid, *(other.solid for other in others)])
     floor = shapely.buffer(shapely.difference(shapely.union_all([room.polygon, *ways]), solids), -PASSAGE_M)

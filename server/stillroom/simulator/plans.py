@@ -1,5 +1,6 @@
 """Floor plans: rooms in two rows along a hall, with an open-plan living room and kitchen at its end."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,9 +87,7 @@ def _row(
     """Rooms side by side up to x = `end`."""
     order = rng.permutation(len(row))
     right = end - np.cumsum([0.0] + [widths[i] for i in order])
-    return [
-        Space(*row[i], box(float(right[k + 1]), y0, float(right[k]), y1)) for k, i in enumerate(order)
-    ]
+    return [Space(row[i][0], row[i][1], box(float(right[k + 1]), y0, float(right[k]), y1)) for k, i in enumerate(order)]
 
 
 def _hall(rng: Generator, length: float, y: float, width: float) -> Polygon:
@@ -159,7 +158,7 @@ def _shared(a: Space, b: Space) -> LineString:
 
 def _segments(line: shapely.Geometry) -> list[LineString]:
     points = shapely.get_coordinates(line)
-    return [LineString(pair) for pair in zip(points[:-1], points[1:], strict=True)]
+    return [LineString(pair) for pair in itertools.pairwise(points)]
 
 
 def _cut(rng: Generator, key: str, kind: Passage, a: Space, b: Space, wall: float) -> Door:

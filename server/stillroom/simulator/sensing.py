@@ -1,0 +1,127 @@
+"""What a robot senses of a home: where it gets to, and the range scans that it takes there."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import shapely
+from numpy.random import Generator
+from shapely import Polygon
+
+from stillroom.maps.geometry import Points, Pose, as_points
+from stillroom.maps.grid import GridFrame, Mask, distance_to
+from stillroom.simulator.changes import World
+
+ROBOT_RADIUS_M = 0.17
+SCAN_SPACING_M = 0.8
+"""No place that the robot gets to is farther than this from a scan."""
+RAYS = 600
+RANGE_M = 7.0
+TRUTH_RESOLUTION_M = 0.025
+"""Of the raster that scans are taken in."""
+_SUBPIXEL_BITS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Floor:
+    """A home as a raster: where a ray ends. `solid` includes all that lies outside."""
+
+    frame: GridFrame
+    solid: Mask
+
+    def centres(self, cells: npt.NDArray[np.int64]) -> Points:
+        """Middles (n, 2) of cells (n, 2) given as row, column."""
+        return self.frame.to_map(cells[:, ::-1].astype(np.float64) + 0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class Scans:
+    """`places` (v, 2) in the home; `ranges` (v, RAYS) metres, infinite where nothing was hit."""
+
+    places: Points
+    ranges: npt.NDArray[np.float64]
+
+    def ends(self, ranges: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Where rays of these lengths end (v, RAYS, 2); those that hit nothing end at the sensor's reach."""
+        clipped = np.clip(ranges, TRUTH_RESOLUTION_M, RANGE_M)
+        return self.places[:, None] + clipped[..., None] * _directions()[None]
+
+
+def rasterise(world: World) -> Floor:
+    home = world.home
+    x0, y0, x1, y1 = home.walls.bounds
+    step, margin = TRUTH_RESOLUTION_M, 2 * TRUTH_RESOLUTION_M
+    width, height = (int(np.ceil((high - low + 2 * margin) / step)) for low, high in ((x0, x1), (y0, y1)))
+    frame = GridFrame(step, width, height, Pose(x0 - margin, y0 - margin))
+    solid = np.ones((height, width), np.uint8)
+    for room in home.rooms:
+        fill(solid, frame, room.polygon, 0)
+    for door in home.doors:
+        fill(solid, frame, door.polygon, 0)
+        if door.id in world.shut:
+            fill(solid, frame, door.polygon, 1)
+    for piece in home.furniture:
+        for part in piece.solid.geoms:
+            fill(solid, frame, part, 1)
+    return Floor(frame, solid > 0)
+
+
+def fill(image: npt.NDArray[np.uint8], frame: GridFrame, polygon: Polygon, value: int) -> None:
+    """Draws a polygon without holes into an image whose row 0 is the lowest y."""
+    fill_ring(image, frame.to_cells(shapely.get_coordinates(polygon.exterior)), value)
+
+
+def fill_ring(image: npt.NDArray[np.uint8], corners: Points, value: int) -> None:
+    """The same, of a ring (n, 2) in continuous cell coordinates."""
+    scaled = np.round((corners - 0.5) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
+    cv2.fillPoly(image, [scaled], value, shift=_SUBPIXEL_BITS)
+
+
+def route(world: World, floor: Floor, rng: Generator) -> Points:
+    """Where the robot scans (n, 2): all over what it gets to from its dock, in the rooms that it enters."""
+    clear = distance_to(floor.solid, TRUTH_RESOLUTION_M) >= ROBOT_RADIUS_M
+    for name in sorted(world.skipped):
+        left_out = clear.astype(np.uint8)
+        fill(left_out, floor.frame, shapely.buffer(world.home.room(name).polygon, 0.3), 0)
+        clear = left_out > 0
+    labels = cv2.connectedComponents(clear.astype(np.uint8), connectivity=4)[1]
+    cells = np.argwhere(labels > 0)
+    dock = floor.frame.to_cells(as_points(world.home.dock))[0, ::-1]
+    row, column = cells[((cells - dock) ** 2).sum(1).argmin()]
+    coarse = np.argwhere(labels == labels[row, column])
+    coarse = coarse[rng.permutation(len(coarse))[: max(len(coarse) // 25, 1)]]
+    return _spread(floor.centres(np.concatenate([[[row, column]], coarse])), SCAN_SPACING_M)
+
+
+def _spread(points: Points, spacing: float) -> Points:
+    """Farthest points first, from the first one on, until every point is within `spacing` of one of them."""
+    chosen = [0]
+    nearest = np.linalg.norm(points - points[0], axis=1)
+    while nearest.max() > spacing:
+        chosen.append(int(nearest.argmax()))
+        nearest = np.minimum(nearest, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return points[chosen]
+
+
+def take_scans(floor: Floor, places: Points) -> Scans:
+    """Ranges from the middle of the cell of each place, to the resolution of the floor's raster."""
+    reach = round(RANGE_M / TRUTH_RESOLUTION_M)
+    padded = np.pad(floor.solid, reach + 1, constant_values=True)
+    cells = np.floor(floor.frame.to_cells(places)).astype(np.int64)
+    starts = (cells[:, 1] + reach + 1) * padded.shape[1] + cells[:, 0] + reach + 1
+    directions = _directions()
+    offsets = np.round(np.arange(1, reach + 1)[None, :, None] * directions[:, None]).astype(np.int64)
+    flat = (offsets[..., 1] * padded.shape[1] + offsets[..., 0]).astype(np.int32)
+    around = padded.ravel()
+    ranges = np.empty((len(places), RAYS))
+    for i, start in enumerate(starts.tolist()):
+        blocked = around[start + flat]
+        first = blocked.argmax(1)
+        ranges[i] = np.where(blocked[np.arange(RAYS), first], (first + 1) * TRUTH_RESOLUTION_M, np.inf)
+    return Scans(floor.centres(cells[:, ::-1]), ranges)
+
+
+def _directions() -> Points:
+    angles = np.arange(RAYS) * (2 * np.pi / RAYS)
+    return np.stack([np.cos(angles), np.sin(angles)], 1)
