@@ -1,0 +1,52 @@
+# Two commands matter: make run, make test. Both set up what they need on a machine with Python 3.11 and Node 20.
+PYTHON ?= python3
+BIN := .venv/bin
+# Vite needs npm 11; Node 20 may come with npm 10
+NPM := $(shell case "$$(npm --version 2>/dev/null)" in [1-9].*|10.*) echo 'npx --yes npm@11';; *) echo npm;; esac)
+WEB_SOURCES := $(shell git ls-files web 2>/dev/null || find web -type f -not -path '*/node_modules/*')
+PORT ?= 8000
+
+.PHONY: help setup run test check bench client browser
+
+help:  ## what can be made
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+setup: .venv/installed server/stillroom/static/index.html  ## .venv with the service, and the web app built into it
+
+run: setup  ## the service with demo homes whose robots upload missions, on http://127.0.0.1:$(PORT)
+	$(BIN)/stillroom demo --port $(PORT)
+
+check: setup  ## format, lint, types, import contracts, web checks: everything but the tests
+	$(BIN)/ruff check server tests migrations
+	$(BIN)/ruff format --check server tests migrations
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	cd web && $(NPM) run --silent check
+	cd web && $(NPM) run --silent check:client
+
+test: check browser  ## everything that must hold
+	$(BIN)/pytest --numprocesses 2 --dist loadgroup
+
+bench: setup  ## times of the pipeline's stages, of an upload over HTTP, and uploads a second
+	$(BIN)/stillroom bench
+
+client: setup  ## the web app's API client, generated from the service's OpenAPI document
+	cd web && $(NPM) run --silent client
+
+browser:  ## Debian's Chromium, where it is missing: the browser tests need it
+	@command -v chromium >/dev/null || { \
+	  if [ "$$(id -u)" = 0 ]; then sudo=; else sudo=sudo; fi; \
+	  $$sudo apt-get update -qq && $$sudo apt-get install -y -qq --no-install-recommends chromium fonts-dejavu-core; }
+
+.venv/installed: pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[dev,postgresql]'
+	@touch $@
+
+web/node_modules/.package-lock.json: web/package.json web/package-lock.json
+	cd web && $(NPM) ci --silent
+	@touch $@
+
+server/stillroom/static/index.html: web/node_modules/.package-lock.json $(WEB_SOURCES)
+	cd web && $(NPM) run --silent build
+	@touch $@
