@@ -14,7 +14,7 @@ from stillroom.maps.geometry import Pose
 from stillroom.maps.grid import Cell, GridFrame, OccupancyGrid, distance_to
 from stillroom.maps.semantics import Wall
 from stillroom.pipeline.params import PARAMS
-from stillroom.pipeline.walls import outline, separate_clutter, wall_features
+from stillroom.pipeline.walls import outline, seal_diagonals, separate_clutter, wall_features
 from tests.drawing import draw, rectangle
 
 
@@ -159,6 +159,13 @@ def test_specks_are_no_floor() -> None:
     cells = np.full((60, 60), Cell.UNEXPLORED, np.uint8)
     cells[10:15, 10:15] = cells[40, 40] = Cell.FREE
     assert floor_of(OccupancyGrid(GridFrame(0.05, 60, 60), cells)).is_empty
+
+
+@given(st.integers(0, 2**32), st.integers(1, 40), st.integers(1, 40), st.floats(0.2, 0.95))
+def test_the_outline_of_any_floor_is_valid(seed: int, width: int, height: int, share: float) -> None:
+    floor = seal_diagonals(np.random.default_rng(seed).random((height, width)) < share)
+    found = outline(floor, GridFrame(0.05, width, height), PARAMS)
+    assert found.is_valid
 
 
 # -- walls ---------------------------------------------------------------------------------------------------------
