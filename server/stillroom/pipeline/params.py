@@ -14,7 +14,7 @@ class Params:
     """A room is transferred where precision and recall are both higher than this (paper, section V)."""
 
     # -- walls --
-    outline_tolerance_m: float = 0.08
+    outline_tolerance_m: float = 0.10
     """The outline of the floor is a polygon within this distance of the cells' edges (Douglas-Peucker)."""
     pillar_area_m2: float = 0.04
     """Holes in the floor smaller than this are specks, not pillars."""

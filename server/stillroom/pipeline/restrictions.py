@@ -56,7 +56,9 @@ def _carry(
     strained = float(np.linalg.norm(moved - target, axis=1).max()) > STRAIN_M
     then, now = _shares(shape, restriction.kind, before), _shares(moved, restriction.kind, after)
     lost = sum(max(0.0, share - now.get(room, 0.0)) for room, share in then.items())
-    placed = restriction.placed and not strained and lost <= LOST_SHARE and faults_of(restriction.kind, moved, frame) is None
+    placed = (
+        restriction.placed and not strained and lost <= LOST_SHARE and faults_of(restriction.kind, moved, frame) is None
+    )
     return replace(restriction, shape=as_tuples(np.round(moved, 4)), placed=placed)
 
 

@@ -19,6 +19,8 @@ from stillroom.pipeline.params import Params
 Pixels = npt.NDArray[np.int32]
 """Shape (n, 2), column and row of cells."""
 
+STEP = 0.8
+"""Cells by which parallel edges must lie apart to be told from one edge."""
 SHORTEST_FIT = 6
 """An edge of fewer cells than this is too short to fit a line to."""
 
@@ -187,7 +189,10 @@ def _fit_edges(points: Points, at: npt.NDArray[np.int64], centres: Points, direc
 
 
 def _meet(centres: Points, directions: Points, normals: Points, corners: Points, tolerance: float) -> Points:
-    """Corners of a ring of lines: line i - 1 with line i. Nearly parallel neighbours meet where the traced corner was, between both."""
+    """Corners of a ring of lines: line i - 1 with line i.
+
+    Nearly parallel neighbours that lie apart (the two faces of a wall that ends, or a step) keep the short edge between them.
+    """
     before = np.roll(np.arange(len(centres)), 1)
     u, v, gap = directions[before], directions, centres - centres[before]
     sine = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
@@ -195,8 +200,10 @@ def _meet(centres: Points, directions: Points, normals: Points, corners: Points,
     crossing = centres[before] + along[:, None] * u
     a = corners - ((corners - centres[before]) * normals[before]).sum(1, keepdims=True) * normals[before]
     b = corners - ((corners - centres) * normals).sum(1, keepdims=True) * normals
-    good = (np.abs(sine) > 0.35) & (np.linalg.norm(crossing - corners, axis=1) < 2.5 * tolerance)
-    return np.where(good[:, None], crossing, (a + b) / 2)
+    meets = (np.abs(sine) > 0.35) & (np.linalg.norm(crossing - corners, axis=1) < 2.5 * tolerance)
+    apart = ~meets & (np.linalg.norm(a - b, axis=1) > STEP)
+    first = np.where(meets[:, None], crossing, np.where(apart[:, None], a, (a + b) / 2))
+    return as_points(np.stack([first, b], 1)[np.stack([np.ones_like(apart), apart], 1)])
 
 
 # -- features ------------------------------------------------------------------------------------------------------
