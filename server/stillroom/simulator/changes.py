@@ -6,7 +6,7 @@ from numpy.random import Generator
 from shapely import Point
 
 from stillroom.simulator.effects import Effects, Streams
-from stillroom.simulator.furnishing import find_place, piece_of
+from stillroom.simulator.furnishing import find_place, piece_of, site
 from stillroom.simulator.homes import Furniture, Home
 
 
@@ -44,7 +44,8 @@ def move_furniture(home: Home, share: float, rng: Generator) -> Home:
 def _moved(rng: Generator, standing: list[Furniture], index: int, home: Home) -> Furniture:
     piece = standing[index]
     others = [other for other in standing if other.room == piece.room and other is not piece]
-    return find_place(rng, piece.id, piece_of(piece), home.room(piece.room), home.doors, others) or piece
+    where = site(piece.room, home.rooms, home.doors, home.dock)
+    return find_place(rng, piece.id, piece_of(piece), where, others) or piece
 
 
 def shut_doors(home: Home, share: float, rng: Generator) -> frozenset[str]:

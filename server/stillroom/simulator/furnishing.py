@@ -7,8 +7,9 @@ from math import atan2
 import numpy as np
 import shapely
 from numpy.random import Generator
-from shapely import Point, Polygon
+from shapely import MultiPoint, Point, Polygon
 
+from stillroom.maps.geometry import Point as Position
 from stillroom.maps.geometry import Points, Pose, as_points, polygons_in
 from stillroom.simulator.homes import Door, Furniture, RoomUse, TrueRoom, as_multipolygon, box
 from stillroom.simulator.plans import thick_line
@@ -18,6 +19,9 @@ PASSAGE_M = 0.25
 """Half of the width that furniture leaves free everywhere between a room's doors: a robot gets through."""
 _SWING_M = 0.75
 """Nothing stands this near to a doorway."""
+_DOCK_CLEAR_M = 0.45
+_OPEN_SHARE = 0.25
+"""Of a room's floor stays within the robot's reach."""
 _LEG_M = 0.05
 
 
@@ -73,13 +77,30 @@ _BY_USE: dict[RoomUse, tuple[Piece, ...]] = {
 }
 
 
-def furnish(rng: Generator, rooms: Iterable[TrueRoom], doors: tuple[Door, ...]) -> tuple[Furniture, ...]:
+@dataclass(frozen=True)
+class Site:
+    """A room to be furnished: its doors, and the robot's `dock` where it stands there."""
+
+    room: TrueRoom
+    doors: tuple[Door, ...]
+    dock: Position | None
+
+
+def site(name: str, rooms: Iterable[TrueRoom], doors: Iterable[Door], dock: Position) -> Site:
+    room = next(room for room in rooms if room.name == name)
+    inside = shapely.contains_xy(room.polygon, *dock)
+    return Site(room, tuple(door for door in doors if name in door.rooms), dock if inside else None)
+
+
+def furnish(
+    rng: Generator, rooms: tuple[TrueRoom, ...], doors: tuple[Door, ...], dock: Position
+) -> tuple[Furniture, ...]:
     """What fits of each room's furniture, one piece after the other."""
     standing: list[Furniture] = []
     for room in rooms:
         here: list[Furniture] = []
         for piece in _BY_USE[room.use]:
-            found = find_place(rng, f"{room.name}/{piece.name}", piece, room, doors, here)
+            found = find_place(rng, f"{room.name}/{piece.name}", piece, site(room.name, rooms, doors, dock), here)
             here += [found] if found else []
         standing += here
     return tuple(standing)
@@ -87,22 +108,18 @@ def furnish(rng: Generator, rooms: Iterable[TrueRoom], doors: tuple[Door, ...]) 
 
 def piece_of(furniture: Furniture) -> Piece:
     """What kind of furniture this is."""
-    room_name, _, name = furniture.id.rpartition("/")
-    del room_name
+    name = furniture.id.rpartition("/")[2]
     return next(piece for pieces in _BY_USE.values() for piece in pieces if piece.name == name)
 
 
-def find_place(
-    rng: Generator, key: str, piece: Piece, room: TrueRoom, doors: tuple[Door, ...], others: Iterable[Furniture]
-) -> Furniture | None:
+def find_place(rng: Generator, key: str, piece: Piece, at: Site, others: Iterable[Furniture]) -> Furniture | None:
     """The piece at a place where it blocks nothing; None where none was found."""
     others = tuple(others)
-    own_doors = tuple(door for door in doors if room.name in door.rooms)
     for _ in range(ATTEMPTS):
-        pose = _beside_wall(rng, piece, room.polygon) if piece.against_wall else _amid(rng, room.polygon)
+        pose = _beside_wall(rng, piece, at.room.polygon) if piece.against_wall else _amid(rng, at.room.polygon)
         if pose is not None:
-            placed = place(key, piece, room, pose)
-            if may_stand(placed, room, own_doors, others):
+            placed = place(key, piece, at.room, pose)
+            if may_stand(placed, at, others):
                 return placed
     return None
 
@@ -123,23 +140,33 @@ def place(key: str, piece: Piece, room: TrueRoom, pose: Pose) -> Furniture:
     )
 
 
-def may_stand(piece: Furniture, room: TrueRoom, doors: tuple[Door, ...], others: tuple[Furniture, ...]) -> bool:
-    """Within its room, on nothing else, clear of the doors, and the robot still gets from each door to every other and into the room."""
-    if not shapely.contains(shapely.buffer(room.polygon, 1e-6, join_style="mitre"), piece.footprint):
-        return False
+def may_stand(piece: Furniture, at: Site, others: tuple[Furniture, ...]) -> bool:
+    """Within its room, on nothing else, and in nobody's way."""
+    room = shapely.buffer(at.room.polygon, 1e-6, join_style="mitre")
     near = shapely.buffer(piece.footprint, 0.03)
-    if any(shapely.intersects(near, other.footprint) for other in others):
-        return False
-    ways = [_way(door) for door in doors]
-    if any(
-        shapely.intersects(shapely.difference(way, door.polygon), piece.footprint)
-        for way, door in zip(ways, doors, strict=True)
-    ):
-        return False
-    solids = shapely.union_all([piece.solid, *(other.solid for other in others)])
-    floor = shapely.buffer(shapely.difference(shapely.union_all([room.polygon, *ways]), solids), -PASSAGE_M)
-    middles = shapely.MultiPoint([shapely.centroid(door.polygon) for door in doors])
-    return any(shapely.contains(part, middles) and part.area > 0.25 * room.polygon.area for part in polygons_in(floor))
+    return (
+        shapely.contains(room, piece.footprint)
+        and not any(shapely.intersects(near, other.footprint) for other in others)
+        and not any(shapely.intersects(place, piece.footprint) for place in _kept_clear(at))
+        and _passable(at, [piece.solid, *(other.solid for other in others)])
+    )
+
+
+def _kept_clear(at: Site) -> list[shapely.Geometry]:
+    """Around the dock, and before the doors."""
+    places = [shapely.intersection(_way(door), at.room.polygon) for door in at.doors]
+    return places if at.dock is None else [*places, shapely.buffer(Point(at.dock), _DOCK_CLEAR_M)]
+
+
+def _passable(at: Site, solids: list[shapely.Geometry]) -> bool:
+    """Whether the robot gets from each of the doors and the dock to all the others, and to much of the room."""
+    ways = [_way(door) for door in at.doors]
+    floor = shapely.difference(shapely.union_all([at.room.polygon, *ways]), shapely.union_all(solids))
+    stops = [shapely.centroid(door.polygon) for door in at.doors] + ([] if at.dock is None else [Point(at.dock)])
+    pieces = polygons_in(shapely.buffer(floor, -PASSAGE_M))
+    return any(
+        shapely.contains(part, MultiPoint(stops)) and part.area > _OPEN_SHARE * at.room.polygon.area for part in pieces
+    )
 
 
 def _way(door: Door) -> Polygon:

@@ -1,5 +1,6 @@
 """Homes as they are in truth: rooms, walls, doors and furniture. Coordinates are metres in the home's own frame (REP-103)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -72,6 +73,12 @@ class Home:
             tuple(_moved_furniture(piece, pose) for piece in self.furniture),
             as_point(pose.apply(as_points(self.dock))),
         )
+
+
+def carried(polygon: Polygon, move: Callable[[Points], Points]) -> Polygon:
+    """A polygon with each vertex moved. Closes its rings itself: `move` may round the same point differently in two rows."""
+    shell, *holes = [move(shapely.get_coordinates(ring)[:-1]) for ring in (polygon.exterior, *polygon.interiors)]
+    return Polygon(shell, holes)
 
 
 def as_multipolygon(geometry: shapely.Geometry) -> MultiPolygon:

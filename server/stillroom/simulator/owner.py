@@ -10,10 +10,10 @@ from shapely import Polygon
 from stillroom.maps.geometry import as_points
 from stillroom.simulator.client import Client, Json, Refused
 from stillroom.simulator.distortion import Distortion
-from stillroom.simulator.homes import Door, Home
+from stillroom.simulator.homes import Door, Home, carried
 
-_COMMON = 0.3
-"""A served room is common to two true ones where it covers more than this share of each."""
+_COMMON_M2 = 0.8
+"""A served room is common to two true ones where it covers more than this of each."""
 _WITHIN = 0.6
 """It is a part of a true room where more than this share of it lies there."""
 _NAMED = 0.4
@@ -25,7 +25,7 @@ Shapes = Mapping[str, Polygon]
 
 def tidy_up(owner: Client, path: str, home: Home, distortion: Distortion) -> tuple[str, ...]:
     """Brings the map in force, bent by `distortion`, in line with the home; what the service refused, in its words."""
-    shapes = {room.name: shapely.transform(room.polygon, distortion.apply) for room in home.rooms}
+    shapes = {room.name: carried(room.polygon, distortion.apply) for room in home.rooms}
     steps: list[Callable[[Json], Sequence[Json]]] = [partial(part, door, distortion, shapes) for door in home.doors]
     steps += [partial(join, name, shapes) for name in shapes]
     refused = []
@@ -41,7 +41,10 @@ def tidy_up(owner: Client, path: str, home: Home, distortion: Distortion) -> tup
 def part(door: Door, distortion: Distortion, shapes: Shapes, document: Json) -> list[Json]:
     """A divider in a doorway where one served room covers both sides."""
     sides = [shapes[name] for name in door.rooms]
-    if not any(all(_share(side, room) > _COMMON for side in sides) for room in served_rooms(document).values()):
+    if not any(
+        all(shapely.intersection(side, room).area > _COMMON_M2 for side in sides)
+        for room in served_rooms(document).values()
+    ):
         return []
     line = np.round(distortion.apply(as_points(door.line)), 4).tolist()
     return [{"op": "add_divider", "line": line, "kind": "door" if door.kind == "door" else "open"}]

@@ -10,7 +10,7 @@ from shapely import Polygon
 
 from stillroom.maps.grid import GridFrame, Mask
 from stillroom.simulator.distortion import Distortion
-from stillroom.simulator.homes import Home
+from stillroom.simulator.homes import Home, carried
 from stillroom.simulator.sensing import fill
 
 PASS = 0.5
@@ -90,7 +90,7 @@ def overlap(key: str, true: Mask, served: Mask) -> Overlap:
 def straightened(rings: list[list[list[float]]], distortion: Distortion) -> Polygon:
     """A polygon of a bent map where it lies in the home."""
     bent = shapely.segmentize(Polygon(rings[0], rings[1:]), _STEP_M)
-    return shapely.transform(bent, distortion.undo)
+    return carried(bent, distortion.undo)
 
 
 def draw(frame: GridFrame, polygon: Polygon) -> Mask:
