@@ -3,8 +3,10 @@
 import argparse
 import json
 import os
+import secrets
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -37,6 +39,7 @@ def parser() -> argparse.ArgumentParser:
     _add_service(commands)
     _add_people(commands)
     _add_upload(commands)
+    _add_simulation(commands)
     return top
 
 
@@ -101,6 +104,45 @@ def _add_upload(commands: Any) -> None:
     )
 
 
+def _add_simulation(commands: Any) -> None:
+    demo = _add(commands, "demo", _demo, "Run the service with simulated homes whose robots upload missions to it.")
+    demo.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s)")
+    demo.add_argument("--port", type=int, default=8000, help="(default: %(default)s)")
+    demo.add_argument("--workers", type=_count, help="processes that process missions (default: one a core)")
+    simulate = _add(
+        commands,
+        "simulate",
+        _simulate,
+        "Simulate robots that map homes and upload missions to a service, and owners who name their rooms.",
+    )
+    simulate.add_argument(
+        "--url",
+        default=os.environ.get("STILLROOM_URL", "http://127.0.0.1:8000"),
+        help="where the service is (default: STILLROOM_URL, else %(default)s)",
+    )
+    simulate.add_argument(
+        "--token",
+        default=os.environ.get("STILLROOM_ADMIN_TOKEN"),
+        help="an operator's (default: STILLROOM_ADMIN_TOKEN, which keeps it out of the list of processes)",
+    )
+    for command in (demo, simulate):
+        command.add_argument("--homes", type=_count, default=3, metavar="N", help="(default: %(default)s)")
+        command.add_argument(
+            "--every",
+            type=_positive,
+            default=5.0,
+            metavar="SECONDS",
+            help="from one mission of a robot to its next (default: %(default)s)",
+        )
+    simulate.add_argument("--missions", type=_count, metavar="N", help="of each robot (default: until it is stopped)")
+    simulate.add_argument("--seed", type=_count, default=1, help="of homes and robots (default: %(default)s)")
+    simulate.add_argument(
+        "--resolution", type=_positive, default=0.05, metavar="M", help="metres a cell (default: %(default)s)"
+    )
+    simulate.add_argument("--score", action="store_true", help="tell how well each map fits its home")
+    simulate.add_argument("--quiet", action="store_true", help="tell only what goes wrong")
+
+
 def _count(text: str) -> int:
     number = int(text)
     if number < 0:
@@ -114,6 +156,58 @@ def _serve(options: argparse.Namespace) -> int:
     workers = default_workers() if options.workers is None else options.workers
     serve(Settings.from_environment(), options.host, options.port, workers)
     return 0
+
+
+def _positive(text: str) -> float:
+    number = float(text)
+    if not 0 < number < float("inf"):
+        raise argparse.ArgumentTypeError("must be more than 0")
+    return number
+
+
+def _demo(options: argparse.Namespace) -> int:
+    from stillroom.demo import demo
+    from stillroom.serving import default_workers
+
+    workers = default_workers() if options.workers is None else options.workers
+    settings = Settings.from_environment()
+    if settings.admin_token is None:
+        settings = replace(settings, admin_token=secrets.token_urlsafe(24))
+        print(f"Operator token of this run: {settings.admin_token} (STILLROOM_ADMIN_TOKEN, where set, is used instead)")
+    demo(settings, options.host, options.port, workers, options.homes, options.every)
+    return 0
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    from stillroom.simulator.client import Refused
+    from stillroom.simulator.running import Simulation, simulate
+    from stillroom.uploading import UploadFailed
+
+    if not options.token:
+        print("stillroom: give --token or STILLROOM_ADMIN_TOKEN", file=sys.stderr)
+        return 1
+    simulation = Simulation(
+        url=options.url,
+        operator_token=options.token,
+        state=Settings.from_environment().data_dir / "simulator.json",
+        homes=options.homes,
+        every_s=options.every,
+        missions=options.missions,
+        seed=options.seed,
+        resolution=options.resolution,
+        score=options.score,
+    )
+    told = _nothing if options.quiet else partial(print, flush=True)
+    try:
+        simulate(simulation, told, partial(_progress, ""))
+    except (Refused, UploadFailed) as error:
+        print(f"stillroom: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _nothing(_text: str) -> None:
+    pass
 
 
 def _migrate(_options: argparse.Namespace) -> int:

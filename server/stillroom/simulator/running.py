@@ -5,7 +5,6 @@ import json
 import secrets
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -23,6 +22,7 @@ from stillroom.simulator.truth import MapFit, fit
 MAP = "ground"
 ROOM_COUNTS = (6, 9, 7, 11, 8, 5, 10, 12)
 """Of the homes, in turn."""
+START_S = 30
 DURATION = timedelta(minutes=40)
 """That missions are said to have taken."""
 Told = Callable[[str], None]
@@ -128,21 +128,36 @@ def _outcome(answer: Json) -> str:
     return f"{answer['outcome']}{at}, version {answer['version']}"
 
 
-def simulate(simulation: Simulation, told: Told) -> None:
-    """Until each robot has done its missions. Raises UploadFailed where the service can't be reached, Refused."""
-    with ExitStack() as stack:
-        http = stack.enter_context(httpx2.Client(base_url=simulation.url, timeout=WAIT_S + 30))
-        operator = Client(http, simulation.operator_token, told)
+def simulate(simulation: Simulation, told: Told, warned: Told) -> None:
+    """Until each robot has done its missions. Raises UploadFailed where the service can't be reached, Refused.
+
+    `told` hears what came of each mission, `warned` what had to be tried again.
+    """
+    rounds = itertools.count() if simulation.missions is None else range(simulation.missions)
+    with httpx2.Client(base_url=simulation.url, timeout=WAIT_S + 30) as http:
+        _wait_until_ready(http)
+        operator = Client(http, simulation.operator_token, warned)
         known = _read(simulation.state)
         households = [_household(simulation, number, known, operator, told) for number in range(simulation.homes)]
-        for rounds in itertools.count(1):
-            began = time.monotonic()
+        due = time.monotonic()
+        for _ in rounds:
+            time.sleep(max(due - time.monotonic(), 0.0))
+            due = time.monotonic() + simulation.every_s
             for household in households:
                 household.step()
                 _write(simulation.state, known)
-            if rounds == simulation.missions:
+
+
+def _wait_until_ready(http: httpx2.Client) -> None:
+    """For a service that is just being started. One that does not come is told of by the first request."""
+    end = time.monotonic() + START_S
+    while time.monotonic() < end:
+        try:
+            if http.get("/readyz").is_success:
                 return
-            time.sleep(max(simulation.every_s - (time.monotonic() - began), 0.0))
+        except httpx2.TransportError:
+            pass
+        time.sleep(0.2)
 
 
 def _household(
@@ -156,7 +171,7 @@ def _household(
     if registration is None or not _is_valid(operator, registration):
         registration = known[key] = _register(operator, number + 1)
         _write(simulation.state, known)
-    client = Client(operator.http, registration.token, told)
+    client = Client(operator.http, registration.token, operator.told)
     return Household(robot, registration, client, operator, told, simulation.score)
 
 
