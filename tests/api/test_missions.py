@@ -177,7 +177,10 @@ def test_cells_say_what_greys_mean_whatever_the_robot_calls_them(robot: RobotCal
         (cv2.imencode(".png", np.zeros((4, 4), np.uint16))[1].tobytes(), "image/png", 422, "invalid-grid"),
         (png(np.full((20, 20), 205, np.uint8)), "image/png", 422, "invalid-grid"),
         (b"P5\n10000 10000\n255\n", "image/x-portable-graymap", 413, "too-large"),
-        (b'{"__class": "ValetudoMap"}', "application/json", 415, "unsupported-format"),
+        (b'{"__class": "ValetudoMap"}', "application/json", 422, "invalid-grid"),
+        (png(home()), "application/json", 422, "invalid-grid"),
+        (b"{}", "image/png", 422, "invalid-grid"),
+        (b"", "text/plain", 415, "unsupported-format"),
         (png(home()), "image/jpeg", 415, "unsupported-format"),
     ],
 )

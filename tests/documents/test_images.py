@@ -16,13 +16,12 @@ from stillroom.documents.images import (
     Mode,
     Reading,
     as_png,
-    check_type,
     classify,
     decode_image,
     encode_png,
     read_grid,
 )
-from stillroom.errors import InvalidGrid, TooLarge, UnsupportedFormat
+from stillroom.errors import InvalidGrid, InvalidInput, TooLarge
 from stillroom.maps.geometry import Pose
 from stillroom.maps.grid import Cell
 
@@ -182,13 +181,10 @@ def test_an_image_without_cells_is_refused(size: str) -> None:
 @pytest.mark.parametrize("mode", ["trinary", "scale", "raw"])
 def test_a_grid_without_a_free_cell_is_refused(mode: Mode) -> None:
     with pytest.raises(InvalidGrid, match="no free cell"):
-        read_grid(encode_png(np.full((3, 3), 150, np.uint8)), Reading(0.05, mode=mode))
+        read_grid(encode_png(np.full((3, 3), 150, np.uint8)), Reading(0.05, Pose(), mode=mode))
 
 
-def test_only_images_are_read_here_and_only_as_what_they_are() -> None:
-    content = encode_png(np.zeros((1, 1), np.uint8))
-    check_type("image/png", content)
-    with pytest.raises(UnsupportedFormat):
-        check_type("application/json", b"{}")
-    with pytest.raises(InvalidGrid):
-        check_type("image/x-portable-graymap", content)
+def test_an_image_does_not_say_where_it_lies_so_the_meta_must() -> None:
+    with pytest.raises(InvalidInput) as refused:
+        read_grid(encode_png(np.full((3, 3), 254, np.uint8)), Reading())
+    assert [fault.pointer for fault in refused.value.faults] == ["/meta/resolution", "/meta/origin"]

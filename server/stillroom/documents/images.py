@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from stillroom.errors import Fault, InvalidGrid, TooLarge, UnsupportedFormat
+from stillroom.errors import Fault, InvalidGrid, InvalidInput, TooLarge
 from stillroom.maps.geometry import Pose
 from stillroom.maps.grid import Cell, Cells, GridFrame, OccupancyGrid
 
@@ -19,7 +19,9 @@ cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 MAX_CELLS = 20_000_000
 UNKNOWN_GREY = 205
 """In trinary mode always unexplored, whatever the thresholds."""
-IMAGE_TYPES = {"image/png": b"\x89PNG\r\n\x1a\n", "image/x-portable-graymap": b"P"}
+PNG_TYPE, PGM_TYPE = "image/png", "image/x-portable-graymap"
+IMAGE_TYPES = {PNG_TYPE: b"\x89PNG\r\n\x1a\n", PGM_TYPE: b"P"}
+GREY_OF = {Cell.UNEXPLORED: UNKNOWN_GREY, Cell.FREE: 254, Cell.OCCUPIED: 0}
 
 Grey = npt.NDArray[np.uint8]
 """Shape (height, width); row 0 is the highest y, as in the file."""
@@ -28,10 +30,10 @@ Mode = Literal["trinary", "scale", "raw"]
 
 @dataclass(frozen=True)
 class Reading:
-    """How greys and the frame are to be understood."""
+    """How a grid is to be understood; `resolution` (metres a cell) and `origin` are None where the grid has to say them itself."""
 
-    resolution: float
-    origin: Pose = Pose()
+    resolution: float | None = None
+    origin: Pose | None = None
     mode: Mode = "trinary"
     negate: bool = False
     occupied_thresh: float = 0.65
@@ -39,13 +41,23 @@ class Reading:
 
 
 def read_grid(content: bytes, reading: Reading) -> OccupancyGrid:
-    """Raises InvalidGrid where the image can't be read or holds no free cell, TooLarge over 20 million cells."""
+    """Raises InvalidInput where the reading leaves the frame open, InvalidGrid where the image can't be read or holds no free
+    cell, TooLarge over 20 million cells."""
+    if reading.resolution is None or reading.origin is None:
+        missing = [name for name in ("resolution", "origin") if getattr(reading, name) is None]
+        faults = tuple(Fault(f"/meta/{name}", f"{name} is required: an image does not carry it") for name in missing)
+        raise InvalidInput("The meta does not say how to read the grid.", faults)
     grey, transparent = decode_image(content)
     cells = np.ascontiguousarray(classify(grey, transparent, reading)[::-1])
-    if not (cells == Cell.FREE).any():
-        raise InvalidGrid("The grid has no free cell at all.", (Fault("/grid", "no free cell"),))
     height, width = cells.shape
-    return OccupancyGrid(GridFrame(reading.resolution, width, height, reading.origin), cells)
+    return with_floor(OccupancyGrid(GridFrame(reading.resolution, width, height, reading.origin), cells))
+
+
+def with_floor(grid: OccupancyGrid) -> OccupancyGrid:
+    """The same grid. Raises InvalidGrid where it has no free cell."""
+    if not grid.free.any():
+        raise InvalidGrid("The grid has no free cell at all.", (Fault("/grid", "no free cell"),))
+    return grid
 
 
 def classify(grey: Grey, transparent: npt.NDArray[np.bool_] | None, reading: Reading) -> Cells:
@@ -78,17 +90,6 @@ def decode_image(content: bytes) -> tuple[Grey, npt.NDArray[np.bool_] | None]:
     raise InvalidGrid("The grid is neither a PNG nor a PGM image.", (Fault("/grid", "not an image"),))
 
 
-def check_type(content_type: str, content: bytes) -> None:
-    """Raises UnsupportedFormat for a media type that is not read here, InvalidGrid where the bytes are of another."""
-    magic = IMAGE_TYPES.get(content_type)
-    if magic is None:
-        raise UnsupportedFormat(
-            f"A grid of type {content_type or '(none given)'} is not read here; send {' or '.join(IMAGE_TYPES)}."
-        )
-    if not content.startswith(magic):
-        raise InvalidGrid(f"The grid is not {content_type}.", (Fault("/grid", "another format than its type says"),))
-
-
 def as_png(content: bytes) -> bytes:
     """A stored image as PNG: a PNG as it was sent, a PGM with the same pixels."""
     if content.startswith(IMAGE_TYPES["image/png"]):
@@ -98,9 +99,19 @@ def as_png(content: bytes) -> bytes:
 
 def cells_as_png(content: bytes, reading: Reading) -> bytes:
     """What a stored image means: 254 free, 0 occupied, 205 unexplored, in the rows' order of the image."""
-    grey = np.zeros(3, np.uint8)
-    grey[[Cell.UNEXPLORED, Cell.FREE, Cell.OCCUPIED]] = UNKNOWN_GREY, 254, 0
-    return encode_png(grey[classify(*decode_image(content), reading)])
+    return encode_png(as_grey(classify(*decode_image(content), reading)))
+
+
+def as_grey(cells: Cells) -> Grey:
+    """Values of `Cell` as 254 free, 0 occupied, 205 unexplored; rows stay in their order."""
+    table = np.zeros(len(GREY_OF), np.uint8)
+    table[list(GREY_OF)] = list(GREY_OF.values())
+    return np.asarray(table[cells])
+
+
+def encode_pgm(grey: Grey) -> bytes:
+    height, width = grey.shape
+    return f"P5\n{width} {height}\n255\n".encode() + grey.tobytes()
 
 
 def encode_png(grey: Grey) -> bytes:
@@ -112,7 +123,7 @@ def _decode_png(content: bytes) -> tuple[Grey, npt.NDArray[np.bool_] | None]:
     if len(content) < 33 or content[12:16] != b"IHDR":
         raise _cut_off("PNG")
     width, height, depth = struct.unpack(">IIB", content[16:25])
-    _check_size(width, height)
+    check_size(width, height)
     if depth == 16:
         raise _sixteen_bit()
     try:
@@ -141,7 +152,7 @@ def _decode_pgm(content: bytes) -> Grey:
     if header is None:
         raise _cut_off("PGM")
     kind, width, height, greatest = header[1], int(header[2]), int(header[3]), int(header[4])
-    _check_size(width, height)
+    check_size(width, height)
     if greatest > 255:
         raise _sixteen_bit()
     body = content[header.end() :]
@@ -161,7 +172,7 @@ def _decode_pgm(content: bytes) -> Grey:
     return stretched.astype(np.uint8).reshape(height, width)
 
 
-def _check_size(width: int, height: int) -> None:
+def check_size(width: int, height: int) -> None:
     if width == 0 or height == 0:
         raise InvalidGrid("The grid has no cells.", (Fault("/grid", "no cells"),))
     if width * height > MAX_CELLS:

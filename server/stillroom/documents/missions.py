@@ -5,16 +5,21 @@ import math
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from hashlib import sha256
+from itertools import islice
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
 
 from stillroom.documents.images import Mode, Reading
-from stillroom.errors import Fault, InvalidInput
+from stillroom.documents.json_text import load_json
+from stillroom.errors import Fault, InvalidInput, TooLarge
 from stillroom.maps.geometry import Pose, as_points
 from stillroom.maps.mission import Tracking
 
 FARTHEST_M = 1e5
+MAX_META = 4 * 2**20
+"""Bytes."""
+MOST_FAULTS = 100
 MISSION_ID = r"^[A-Za-z0-9._-]{1,64}$"
 
 
@@ -27,6 +32,7 @@ def _in_utc(moment: datetime) -> datetime:
 
 Moment = Annotated[AwareDatetime, AfterValidator(_in_utc)]
 Metres = Annotated[float, Field(strict=True, ge=-FARTHEST_M, le=FARTHEST_M, allow_inf_nan=False)]
+Resolution = Annotated[float, Field(strict=True, ge=0.001, le=1.0, allow_inf_nan=False)]
 Radians = Annotated[float, Field(strict=True, ge=-100, le=100, allow_inf_nan=False)]
 Position = tuple[Metres, Metres]
 PoseDocument = tuple[Metres, Metres, Radians]
@@ -71,7 +77,7 @@ class MissionMeta(BaseModel):
     ended_at: Moment | None = None
     firmware: Label | None = None
     model: Label | None = None
-    resolution: Annotated[float, Field(ge=0.001, le=1.0, allow_inf_nan=False)] | None = None
+    resolution: Resolution | None = None
     """Metres a cell."""
     origin: PoseDocument | None = None
     """Pose of the outer corner of the grid's lower-left cell."""
@@ -83,19 +89,12 @@ class MissionMeta(BaseModel):
     tracking: TrackingDocument = TrackingDocument()
 
     def reading(self) -> Reading:
-        """How to read an image; raises InvalidInput where that is not said."""
-        faults = [
-            Fault(f"/meta/{name}", f"{name} is required: an image does not carry it")
-            for name in ("resolution", "origin")
-            if getattr(self, name) is None
-        ]
+        """How to read the grid. Raises InvalidInput where that contradicts itself."""
         if self.free_thresh > self.occupied_thresh:
-            faults.append(Fault("/meta/free_thresh", "free_thresh is over occupied_thresh"))
-        if faults or self.resolution is None or self.origin is None:
-            raise InvalidInput("The meta does not say how to read the grid.", tuple(faults))
-        return Reading(
-            self.resolution, Pose(*self.origin), self.mode, bool(self.negate), self.occupied_thresh, self.free_thresh
-        )
+            fault = Fault("/meta/free_thresh", "free_thresh is over occupied_thresh")
+            raise InvalidInput("The meta does not say how to read the grid.", (fault,))
+        origin = None if self.origin is None else Pose(*self.origin)
+        return Reading(self.resolution, origin, self.mode, bool(self.negate), self.occupied_thresh, self.free_thresh)
 
     def digest(self) -> str:
         """Equal for equal parsed meta, however it was written down."""
@@ -104,12 +103,13 @@ class MissionMeta(BaseModel):
 
 
 def parse_meta(content: bytes) -> tuple[MissionMeta, dict[str, Any]]:
-    """The meta and the JSON it came as. Raises InvalidInput with pointers below /meta."""
-    try:
-        document = json.loads(content)
-    except (ValueError, RecursionError) as error:
-        raise InvalidInput("The meta is no JSON.", (Fault("/meta", str(error)),)) from None
-    faults = tuple(Fault(pointer, "not a finite number") for pointer in _not_finite(document, "/meta"))
+    """The meta and the JSON it came as. Raises InvalidInput with pointers below /meta, TooLarge over 4 MiB."""
+    if len(content) > MAX_META:
+        raise TooLarge(f"The meta has {len(content)} bytes; at most {MAX_META} are taken.", limit_bytes=MAX_META)
+    document = load_json(content, "/meta")
+    faults = tuple(
+        Fault(pointer, "not a finite number") for pointer in islice(_not_finite(document, "/meta"), MOST_FAULTS)
+    )
     if faults:
         raise InvalidInput("The meta has numbers that are not finite.", faults)
     try:
@@ -125,7 +125,11 @@ def stored_meta(document: dict[str, Any]) -> MissionMeta:
 
 
 def faults_of(error: ValidationError, below: str = "") -> tuple[Fault, ...]:
-    return tuple(Fault(pointer(entry["loc"], below), entry["msg"]) for entry in error.errors())
+    """What is wrong, by pointer; of very many only how many."""
+    if error.error_count() > MOST_FAULTS:
+        return (Fault(below, f"{error.error_count()} things are wrong"),)
+    found = error.errors(include_url=False, include_context=False, include_input=False)
+    return tuple(Fault(pointer(entry["loc"], below), entry["msg"]) for entry in found)
 
 
 def pointer(location: tuple[int | str, ...], below: str = "") -> str:

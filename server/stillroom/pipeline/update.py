@@ -10,9 +10,9 @@ from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.mission import Mission
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Ids, SemanticMap
+from stillroom.pipeline.adoption import RobotSemantics, adopt_map
 from stillroom.pipeline.alignment import align
 from stillroom.pipeline.conflicts import RoomScore, score_rooms
-from stillroom.pipeline.creation import create_map
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.registration import Registration, register
 from stillroom.pipeline.restrictions import carry_restrictions
@@ -60,13 +60,19 @@ class MapUpdate:
 
 
 def create_semantic_map(
-    grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = PARAMS, stage: Stage = untimed
+    grid: OccupancyGrid,
+    mission_id: str,
+    ids: Ids,
+    params: Params = PARAMS,
+    stage: Stage = untimed,
+    semantics: RobotSemantics | None = None,
 ) -> MapUpdate:
-    """The first mission of a map: its semantics by algorithm."""
+    """The first mission of a map: its semantics from `semantics`, what the robot's own app has, else by algorithm."""
     with stage("create"):
-        created = create_map(grid, mission_id, ids, params)
+        created = adopt_map(grid, semantics, mission_id, ids, params)
     count = len(created.rooms)
-    reason = f"The first map: {count} room{'s' * (count != 1)} found."
+    adopted = semantics is not None and semantics.has_rooms
+    reason = f"The first map: {count} room{'s' * (count != 1)} {'as the robot has them' if adopted else 'found'}."
     return MapUpdate("created", created, taken=True, reason=reason, candidate=created)
 
 

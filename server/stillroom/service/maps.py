@@ -3,7 +3,8 @@
 from stillroom.documents import api
 from stillroom.documents.features import features, frame, room, segments
 from stillroom.documents.geojson import RoomFeature
-from stillroom.documents.images import Reading, as_png, cells_as_png
+from stillroom.documents.grids import as_png, cells_as_png
+from stillroom.documents.images import Reading
 from stillroom.documents.missions import stored_meta
 from stillroom.documents.stored import decode_map
 from stillroom.errors import NotFound
@@ -66,17 +67,21 @@ def map_segments(database: Database, robot_id: str, map_name: str) -> list[api.S
 
 def version_grid(database: Database, grids: GridStore, robot_id: str, map_name: str, number: int) -> bytes:
     """The occupancy pixels under a version, as PNG. Raises NotFound."""
-    _, row = find_version(database, robot_id, map_name, number)
-    return as_png(grids.get(row.grid))
+    of, row = find_version(database, robot_id, map_name, number)
+    return as_png(grids.get(row.grid), _reading(database, of, row))
 
 
 def version_cells(database: Database, grids: GridStore, robot_id: str, map_name: str, number: int) -> bytes:
     """What the pixels under a version mean, as PNG. Raises NotFound."""
     of, row = find_version(database, robot_id, map_name, number)
+    return cells_as_png(grids.get(row.grid), _reading(database, of, row))
+
+
+def _reading(database: Database, of: MapRow, row: VersionHead) -> Reading:
+    """How the mission that brought a version's grid said it is to be read."""
     with database.read() as tx:
         mission = None if row.mission is None else missions.by_key(tx, of.id, row.mission)
-    reading = Reading(resolution=1.0) if mission is None else stored_meta(mission.meta).reading()
-    return cells_as_png(grids.get(row.grid), reading)
+    return Reading() if mission is None else stored_meta(mission.meta).reading()
 
 
 def list_versions(

@@ -10,7 +10,7 @@ from functools import partial
 from threading import Event, Thread
 
 from stillroom import __version__
-from stillroom.documents.images import read_grid
+from stillroom.documents.grids import read_mission_map
 from stillroom.documents.missions import MissionMeta, stored_meta
 from stillroom.documents.stored import decode_map, decode_motion, encode_motion
 from stillroom.errors import Unavailable
@@ -124,10 +124,11 @@ def _frame_step(tx: Transaction, map_id: int, number: int) -> Step | None:
 def decide(gathered: Gathered, grids: GridStore, timings: Timings) -> tuple[MapUpdate, tuple[str, ...]]:
     """What the mission comes to, and warnings about its tracking."""
     with timings("decode"):
-        grid = read_grid(grids.get(gathered.mission.grid), gathered.meta.reading())
+        grid, semantics = read_mission_map(grids.get(gathered.mission.grid), gathered.meta.reading())
     previous = gathered.previous
     if previous is None:
-        return create_semantic_map(grid, gathered.mission.key, ids_of(gathered.of), stage=timings), ()
+        ids = ids_of(gathered.of)
+        return create_semantic_map(grid, gathered.mission.key, ids, semantics=semantics, stage=timings), ()
     motion, warnings = _motion(gathered, previous)
     return update_map(previous, Mission(gathered.mission.key, grid, motion), stage=timings), warnings
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from stillroom.documents import api
-from stillroom.documents.images import as_png, check_type, read_grid
+from stillroom.documents.grids import as_png, check_type, read_grid
 from stillroom.documents.missions import parse_meta, stored_meta
 from stillroom.errors import MissionConflict, NotFound
 from stillroom.service.paging import page_of
@@ -70,7 +70,8 @@ def mission_by_key(database: Database, robot_id: str, map_name: str, key: str) -
 
 def mission_grid(database: Database, grids: GridStore, robot_id: str, map_name: str, key: str) -> bytes:
     """The raw grid as PNG. Raises NotFound."""
-    return as_png(grids.get(_find(database, robot_id, map_name, key)[0].grid))
+    row, _ = _find(database, robot_id, map_name, key)
+    return as_png(grids.get(row.grid), stored_meta(row.meta).reading())
 
 
 def list_missions(
