@@ -13,7 +13,7 @@ from numpy.random import Generator
 
 from stillroom.documents.images import UNKNOWN_GREY, encode_png
 from stillroom.maps.geometry import Points, as_points
-from stillroom.maps.grid import Cell, GridFrame, Mask
+from stillroom.maps.grid import Cell, Mask
 from stillroom.simulator.changes import World, move_furniture, world_during
 from stillroom.simulator.distortion import Distortion, distortion_at
 from stillroom.simulator.effects import Effects, Streams
@@ -32,6 +32,8 @@ class Sortie:
     world: World
     distortion: Distortion
     sensed: Sensed
+    explored: Mask
+    """Cells of the floor where the robot has been in all its missions so far, but for what stands there now."""
 
     def png(self) -> bytes:
         """The grid as the robot uploads it."""
@@ -49,22 +51,15 @@ class SimulatedRobot:
         self.effects = effects
         self.resolution = resolution
         self._furnished = (0, home)
-        self._explored: tuple[GridFrame, Mask] | None = None
+        self._seen: Mask | None = None
         self._distortions: dict[int, Distortion] = {}
 
     def sortie(self, number: int) -> Sortie:
         world = world_during(self._home_at(number), number, self.effects, self.streams)
         bent = self.distortion(number)
         sensed = sense(world, bent, number, self.resolution, self.effects, self.streams)
-        seen = sensed.seen if self._explored is None else self._explored[1] | sensed.seen
-        self._explored = sensed.floor.frame, seen
-        return Sortie(number, world, bent, sensed)
-
-    def explored(self) -> tuple[GridFrame, Mask]:
-        """Where it has been in all its missions so far. Raises ValueError before the first."""
-        if self._explored is None:
-            raise ValueError("the robot has not been anywhere yet")
-        return self._explored
+        self._seen = sensed.seen if self._seen is None else self._seen | sensed.seen
+        return Sortie(number, world, bent, sensed, self._seen & ~sensed.floor.solid)
 
     def distortion(self, number: int) -> Distortion:
         if number not in self._distortions:

@@ -79,9 +79,9 @@ class Household:
         if served is None:
             self.told(f"{self.registration.id} mission {sortie.number}: {answer['status']}, no map yet")
             return
-        self.told(f"{self.registration.id} mission {sortie.number}: {_outcome(answer)}{self._scored(served)}")
+        self.told(f"{self.registration.id} mission {sortie.number}: {_outcome(answer)}{self._scored(served, sortie)}")
         if frozenset(served_rooms(served)) != self.known_rooms:
-            self._settle_in(served)
+            self._settle_in(served, sortie)
 
     def _upload(self, sortie: Sortie) -> Json:
         base = self.client.map_in_force(self.path)
@@ -95,27 +95,26 @@ class Household:
                 raise
             return {"status": "refused: sent before, with another base", "outcome": None}
 
-    def _settle_in(self, served: Json) -> None:
+    def _settle_in(self, served: Json, sortie: Sortie) -> None:
         for text in tidy_up(self.owner, self.path, self.robot.home, self._distortion(served)):
             self.told(f"{self.registration.id}: the service refused an edit: {text}")
         served = self.client.map_in_force(self.path) or served
         self.known_rooms = frozenset(served_rooms(served))
         self.told(
-            f"{self.registration.id}: {len(self.known_rooms)} rooms after their owner's edits{self._scored(served)}"
+            f"{self.registration.id}: {len(self.known_rooms)} rooms after their owner's edits{self._scored(served, sortie)}"
         )
 
-    def _scored(self, served: Json) -> str:
+    def _scored(self, served: Json, sortie: Sortie) -> str:
         if not self.score:
             return ""
-        found = self.fit(served)
+        found = self.fit(served, sortie)
         lost = f", lost: {', '.join(found.lost)}" if found.lost else ""
         wrong = f", elsewhere: {', '.join(found.misnamed)}" if found.misnamed else ""
         return f"; mean IoU {found.mean_iou:.3f} of {len(found.rooms)} rooms{lost}{wrong}"
 
-    def fit(self, served: Json) -> MapFit:
+    def fit(self, served: Json, sortie: Sortie) -> MapFit:
         """A served map against the home, where the robot has been."""
-        frame, seen = self.robot.explored()
-        return fit(self.robot.home, frame, seen, served, self._distortion(served))
+        return fit(self.robot.home, sortie.sensed.floor.frame, sortie.explored, served, self._distortion(served))
 
     def _distortion(self, served: Json) -> Distortion:
         return self.robot.distortion(int(served["mission"]))

@@ -1,4 +1,5 @@
-"""A served map against the home as it is. Judged only where the robot has ever been, and in rooms, not in doorways."""
+"""A served map against the home as it is. Judged only where the robot has ever been, and in rooms, not in doorways:
+what lies under furniture counts neither for nor against."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -63,11 +64,12 @@ class MapFit:
         return tuple(room.name for room in self.rooms if room.named is not None and not room.named.passed)
 
 
-def fit(home: Home, frame: GridFrame, seen: Mask, document: Mapping[str, Any], distortion: Distortion) -> MapFit:
-    """A map document, whose frame is bent by `distortion`, against the home; `seen` on `frame` is where its robot has been."""
+def fit(home: Home, frame: GridFrame, explored: Mask, document: Mapping[str, Any], distortion: Distortion) -> MapFit:
+    """A map document, whose frame is bent by `distortion`, against the home;
+    `explored`, on `frame`, is where its robot has been."""
     served = {f["id"]: f for f in document["features"] if f["properties"]["semantic"] == "room"}
     masks = {key: draw(frame, straightened(f["geometry"]["coordinates"], distortion)) for key, f in served.items()}
-    truth = {room.name: draw(frame, room.polygon) & seen for room in home.rooms}
+    truth = {room.name: draw(frame, room.polygon) & explored for room in home.rooms}
     judged = np.any(list(truth.values()), axis=0)
     masks = {key: mask & judged for key, mask in masks.items()}
     names = {f["properties"]["name"]: key for key, f in served.items()}
