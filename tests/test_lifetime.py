@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stillroom.maps.constraints import violations
-from stillroom.maps.geometry import Pose
+from stillroom.maps.geometry import Pose, as_points
 from stillroom.maps.semantics import Ids, SemanticMap
 from stillroom.pipeline.creation import create_map
 from stillroom.pipeline.params import PARAMS
@@ -46,7 +46,7 @@ def live(missions: int, seed: int, noise_m: float, ragged: float) -> Life:
     return Life(semantic_map, at, tuple(lost))
 
 
-def assert_as_it_began(life: Life) -> None:
+def assert_as_it_began(life: Life, most_m: float) -> None:
     assert [room.id for room in life.map.rooms] == [room.id for room in FIRST.rooms]
     assert [divider.id for divider in life.map.dividers] == [divider.id for divider in FIRST.dividers]
     for before, after in zip(FIRST.rooms, life.map.rooms, strict=True):
@@ -54,16 +54,19 @@ def assert_as_it_began(life: Life) -> None:
         assert iou(truth, after.polygon) >= 0.95, f"{after.id}: {iou(truth, after.polygon):.3f}"
         assert len(after.polygon.exterior.coords) <= 20
     for began, ended in zip(FIRST.dividers, life.map.dividers, strict=True):
-        assert set(ended.rooms) == set(began.rooms)
+        line = shapely.LineString(life.pose.apply(as_points(began.line)))
+        off = shapely.hausdorff_distance(line, shapely.LineString(ended.line))
+        assert off <= most_m, f"{ended.id}: {off:.2f} m"
 
 
 def test_after_two_hundred_missions_a_map_has_the_rooms_it_began_with() -> None:
     life = live(200, seed=17, noise_m=0.04, ragged=0.1)
     assert len(life.lost) <= 2
-    assert_as_it_began(life)
+    assert_as_it_began(life, most_m=0.15)
 
 
 @settings(max_examples=8, deadline=None)
 @given(st.integers(0, 2**32), st.floats(0.03, 0.05), st.floats(0, 0.15))
 def test_no_error_adds_up_whatever_the_noise(seed: int, noise_m: float, ragged: float) -> None:
-    assert_as_it_began(live(25, seed, noise_m, ragged))
+    # the last mission's ragged doorposts alone move a divider by two cells at either end
+    assert_as_it_began(live(25, seed, noise_m, ragged), most_m=0.25)

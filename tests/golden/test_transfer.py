@@ -197,10 +197,34 @@ def test_a_door_that_was_shut_and_is_open_again_leaves_no_trace() -> None:
     assert_carried_over(upload(HOME, base=shut.map), HOME)
 
 
+def test_a_room_behind_a_shut_door_that_was_not_seen_keeps_its_shape() -> None:
+    grid = paint(SHUT, Cell.UNEXPLORED, rectangle(-1, -1, 3.95, 1.95))
+    update = upload(grid)
+    assert_carried_over(update, grid, 0.95)
+    assert {room.name: room.visited for room in update.rooms} == {"A": True, "B": True, "C": False, "D": True}
+
+
 # -- furniture -----------------------------------------------------------------------------------------------------
 
 SOFA = rectangle(5.0, 2.2, 6.3, 3.0)
 """Stands against the wall between B and D."""
+
+
+@pytest.mark.parametrize("thing", [SOFA, rectangle(0.6, 4.0, 1.8, 4.4), rectangle(6.0, 3.2, 7.2, 3.8)])
+def test_furniture_moved_into_a_room_is_clutter_and_rooms_keep_their_shape(thing: shapely.Polygon) -> None:
+    grid = paint(HOME, Cell.OCCUPIED, thing)
+    update = upload(grid)
+    assert_carried_over(update, grid)
+    seen = shapely.union_all([item.polygon for item in update.map.clutter])
+    assert shapely.intersection(seen, thing).area > 0.6 * thing.area
+
+
+def test_furniture_that_stays_where_it_is_never_becomes_wall() -> None:
+    grid = paint(HOME, Cell.OCCUPIED, SOFA)
+    update = upload(grid)
+    for seed in range(8):
+        update = upload(grid, noise_m=0.03, base=update.map, seed=seed)
+    assert_carried_over(update, grid)
 
 
 def test_furniture_that_left_leaves_no_trace() -> None:
@@ -213,6 +237,21 @@ def test_furniture_that_left_leaves_no_trace() -> None:
 # -- what was not seen ---------------------------------------------------------------------------------------------
 
 UNSEEN_D = paint(HOME, Cell.UNEXPLORED, rectangle(4.05, -1, 9, 1.95))
+
+
+def test_a_room_that_was_not_seen_keeps_its_shape_and_does_not_count() -> None:
+    update = upload(UNSEEN_D)
+    assert_carried_over(update, UNSEEN_D, 0.95)
+    assert {room.name: room.visited for room in update.rooms} == {"A": True, "B": True, "C": True, "D": False}
+    visits = {room.name: room.last_visited for room in update.map.rooms}
+    assert visits == {"A": "1", "B": "1", "C": "1", "D": "0"}
+
+
+def test_a_room_that_was_not_seen_for_many_missions_keeps_its_shape() -> None:
+    update = upload(UNSEEN_D)
+    for seed in range(15):
+        update = upload(UNSEEN_D, noise_m=0.02, base=update.map, seed=seed)
+    assert_carried_over(update, UNSEEN_D, 0.90)
 
 
 # -- new space (Figure new_space) ----------------------------------------------------------------------------------

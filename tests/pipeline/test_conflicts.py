@@ -68,9 +68,16 @@ def test_a_room_is_compared_with_the_room_of_its_own_id_only() -> None:
 
 def test_a_room_that_was_not_visited_passes_and_says_so() -> None:
     previous = room_map(r1=rectangle(0, 0, 4, 2), r2=rectangle(4, 0, 8, 2))
-    lost, seen = score_rooms(previous, room_map(r2=rectangle(4, 0, 8, 2)), {"r2"}, PARAMS)
-    assert (lost.visited, lost.passed) == (False, True)
+    candidate = room_map(r1=rectangle(0, 0, 1, 2), r2=rectangle(4, 0, 8, 2))
+    unseen, seen = score_rooms(previous, candidate, {"r2"}, PARAMS)
+    assert (unseen.visited, unseen.passed) == (False, True)
     assert (seen.visited, seen.passed) == (True, True)
+
+
+def test_a_room_that_is_gone_fails_although_it_was_not_visited() -> None:
+    previous = room_map(r1=rectangle(0, 0, 4, 2), r2=rectangle(4, 0, 8, 2))
+    gone, _ = score_rooms(previous, room_map(r2=rectangle(4, 0, 8, 2)), {"r2"}, PARAMS)
+    assert not gone.passed
 
 
 def test_every_previous_room_is_scored_in_order_and_new_rooms_are_not() -> None:

@@ -125,3 +125,18 @@ def test_attaching_does_not_depend_on_how_the_home_is_turned(
 def test_a_divider_ends_on_the_edge_of_a_pillar() -> None:
     pillar = MultiPolygon([Polygon(rectangle(0, 0, 8, 4).exterior, [rectangle(3.5, 1.5, 4.5, 2.5).exterior])])
     assert attached(((4.0, 0.1), (4.0, 1.4)), pillar) == ((4.0, 0.0), (4.0, 1.5))
+
+
+def test_an_end_that_reaches_past_a_wall_into_the_next_room_is_cut_back() -> None:
+    assert_allclose(attached(((0.3, 3.0), (4.2, 3.0)), TWO_ROOMS), ((0.0, 3.0), (3.9, 3.0)))
+
+
+@given(inside, inside)
+def test_attaching_again_changes_nothing(a: tuple[float, float], b: tuple[float, float]) -> None:
+    found = attach((a, b), TWO_ROOMS, (), REACH_M)
+    if isinstance(found, Attached):
+        assert_allclose(attached(found.line, TWO_ROOMS), found.line, atol=0.003)
+
+
+def test_a_divider_wholly_in_a_wall_is_refused() -> None:
+    assert isinstance(attach(((4.0, 2.5), (4.0, 3.5)), TWO_ROOMS, (), REACH_M), Adrift)

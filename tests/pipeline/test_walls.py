@@ -203,3 +203,12 @@ def test_a_border_to_unexplored_space_is_open_and_the_rest_is_wall() -> None:
 def test_ids_of_walls_are_unique_and_name_the_version() -> None:
     _, walls = walls_of(draw("#######\n#..... \n#..... \n#..... \n#######", cells=10).grid)
     assert [wall.id for wall in walls] == [f"w1-{i}" for i in range(1, len(walls) + 1)]
+
+
+@given(st.integers(0, 2**32))
+def test_sealing_leaves_no_connection_over_a_corner_alone_and_adds_no_floor(seed: int) -> None:
+    floor = np.random.default_rng(seed).random((12, 12)) < 0.6
+    sealed = seal_diagonals(floor)
+    assert not (sealed & ~floor).any()
+    a, b, c, d = sealed[:-1, :-1], sealed[:-1, 1:], sealed[1:, :-1], sealed[1:, 1:]
+    assert not ((a & d & ~b & ~c) | (b & c & ~a & ~d)).any()

@@ -39,8 +39,10 @@ class GridFrame:
         return self.origin.inverse().apply(points) / self.resolution
 
     def to_cells_inside(self, points: Points) -> Points:
-        """The same, of the nearest place on the grid: outlines end on its very edge."""
-        return np.clip(self.to_cells(points), 0.0, (self.width - 0.5, self.height - 0.5))
+        """The same, but places up to half a cell off the grid are on it: outlines end on its very edge."""
+        cells = self.to_cells(points)
+        inside = np.clip(cells, 0.0, (self.width - 0.5, self.height - 0.5))
+        return np.where(np.abs(cells - inside) <= 1.0, inside, cells)
 
     def to_map(self, coordinates: Points) -> Points:
         """Continuous cell coordinates to the map frame (metres), both of shape (n, 2)."""

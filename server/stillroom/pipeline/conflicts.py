@@ -25,7 +25,7 @@ def score_rooms(
 ) -> tuple[RoomScore, ...]:
     """One score for each previous room; `tracked` holds them where tracking and alignment put them in the candidate's frame.
 
-    Exactly `params.room_overlap` fails. A room that this mission did not visit passes.
+    Exactly `params.room_overlap` fails. A room that this mission did not visit passes, if it is there.
     """
     there = {room.id: i for i, room in enumerate(candidate.rooms)}
     common = overlaps([room.polygon for room in tracked.rooms], [room.polygon for room in candidate.rooms])
@@ -36,6 +36,6 @@ def score_rooms(
         precision = overlap / candidate.rooms[j].polygon.area if j is not None else 0.0
         recall = overlap / room.polygon.area
         seen = room.id in visited
-        passed = not seen or (precision > params.room_overlap and recall > params.room_overlap)
+        passed = (j is not None and not seen) or (precision > params.room_overlap and recall > params.room_overlap)
         scores.append(RoomScore(room.id, room.name, precision, recall, passed, seen))
     return tuple(scores)

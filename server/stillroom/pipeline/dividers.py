@@ -7,11 +7,15 @@ import numpy as np
 import shapely
 from shapely import LineString, MultiPolygon
 
-from stillroom.maps.geometry import Line, Points, as_line, as_points
+from stillroom.maps.geometry import GRID_M, Line, Points, as_line, as_points
 
 TOUCH_M = 0.002
 SHORTEST_M = 0.10
 """A divider that would be shorter than this divides nothing."""
+THICKEST_WALL_M = 0.6
+ACROSS = 0.5
+"""Cosine of the smallest angle between a divider and the face of a doorpost."""
+PARALLEL = 0.94
 DETOUR, DETOUR_M = 2.0, 0.10
 """Along its line a tracked end goes at most this many times as far as to the nearest wall, and this much more."""
 
@@ -49,35 +53,82 @@ def attach(
     rings = shapely.get_rings(shapely.get_parts(floor))
     barriers = shapely.multilinestrings([*map(LineString, rings), *(LineString(other) for other in others)])
     stations = _crossings(ends[0], along, length, barriers, reach_m)
-    on_floor = shapely.intersects(floor, shapely.points(ends))
     moved = ends.copy()
     for end, (at, inward) in enumerate(((0.0, 1.0), (length, -1.0))):
         near = shapely.get_coordinates(shapely.shortest_line(shapely.Point(ends[end]), barriers))
         gap = float(np.hypot(*(near[1] - near[0]))) if len(near) else np.inf
-        station = _first(stations, at, inward, length, reach_m if on_floor[end] else None)
-        if station is not None and not (tracked and abs(station - at) > DETOUR * gap + DETOUR_M):
-            moved[end] = ends[0] + station * along
-        elif gap <= reach_m:
+        station = _crossing(stations, at, inward, length, reach_m, nearest=tracked)
+        if gap < TOUCH_M or (gap <= reach_m and (station is None or _detour(tracked, abs(station - at), gap))):
             moved[end] = near[1]
+        elif station is not None:
+            moved[end] = ends[0] + station * along
         else:
             return Adrift(end, gap)
-    if (moved[1] - moved[0]) @ along < SHORTEST_M:
+    placed = as_line(_on_grid(moved, barriers))
+    on_floor = shapely.length(shapely.intersection(LineString(placed), shapely.buffer(floor, -TOUCH_M)))
+    if (moved[1] - moved[0]) @ along < SHORTEST_M or on_floor < SHORTEST_M:
         return Adrift(1, 0.0)
-    return Attached(as_line(np.round(moved, 3)))
+    return Attached(placed)
+
+
+def _on_grid(points: Points, barriers: shapely.Geometry) -> Points:
+    """Each point (n, 2) at whole millimetres, on that side on which it stays nearest to what it lies on: cutting must find it there."""
+    near = (np.floor(points / GRID_M + 1e-6)[:, None] + [(0, 0), (1, 0), (0, 1), (1, 1)]) * GRID_M
+    best = shapely.distance(shapely.points(near), barriers).argmin(1)
+    return as_points(np.round(near[np.arange(len(points)), best], 3))
+
+
+def _detour(tracked: bool, along_m: float, gap_m: float) -> bool:
+    return tracked and along_m > DETOUR * gap_m + DETOUR_M
 
 
 def _crossings(start: Points, along: Points, length: float, barriers: shapely.Geometry, reach_m: float) -> Points:
     """Distances along the line, from `start`, at which it meets a barrier, from reach before its beginning to reach beyond its end."""
     ray = LineString([start - reach_m * along, start + (length + reach_m) * along])
     met = shapely.get_coordinates(shapely.intersection(ray, barriers))
-    return np.unique(np.round((met - start) @ along, 6)) if len(met) else np.zeros(0)
+    stations = np.unique(np.round((met - start) @ along, 6)) if len(met) else np.zeros(0)
+    # along a wall the ray itself ends on it: that is no crossing
+    return stations[(stations > TOUCH_M - reach_m) & (stations < length + reach_m - TOUCH_M)]
 
 
-def _first(stations: Points, at: float, inward: float, length: float, reach_m: float | None) -> float | None:
-    """The crossing nearest to an end: either way on the floor, inwards up to the middle for an end in a wall."""
-    if reach_m is None:
-        possible = stations[((stations - at) * inward >= 0) & ((stations - at) * inward < length / 2)]
-    else:
-        possible = stations[np.abs(stations - at) <= reach_m]
-        possible = possible[(possible - at) * inward < length / 2]
-    return float(possible[np.abs(possible - at).argmin()]) if len(possible) else None
+def _crossing(stations: Points, at: float, inward: float, length: float, reach_m: float, nearest: bool) -> float | None:
+    """The crossing within reach on which an end comes to lie: the nearest to it, or the first from the divider's middle outwards."""
+    outward = (at - stations) * inward  # metres beyond the end, negative towards the middle
+    possible = outward[(outward <= reach_m) & (-outward <= min(reach_m, length / 2))]
+    if not len(possible):
+        return None
+    chosen = possible[np.abs(possible).argmin()] if nearest else possible.min()
+    return float(at - chosen * inward)
+
+
+def centre(line: Line, floor: MultiPolygon) -> Line:
+    """A divider in a doorway, moved to the middle of the wall's thickness; any other as it is.
+
+    Nothing holds a tracked divider across its own line, so that it would wander from one face of the wall to the other.
+    """
+    rings = [shapely.get_coordinates(ring) for ring in shapely.get_rings(shapely.get_parts(floor))]
+    if not rings:
+        return line
+    begin, end = (np.concatenate([ring[k] for ring in rings]) for k in (slice(None, -1), slice(1, None)))
+    ends = as_points(line)
+    along = (ends[1] - ends[0]) / max(float(np.hypot(*(ends[1] - ends[0]))), 1e-9)
+    jambs = [_jamb(point, along, begin, end) for point in ends]
+    if jambs[0] is None or jambs[1] is None:
+        return line
+    moved = _on_grid(as_points([jambs[0], jambs[1]]), shapely.boundary(floor))
+    turned = (moved[1] - moved[0]) / max(float(np.hypot(*(moved[1] - moved[0]))), 1e-9)
+    return as_line(moved) if turned @ along > PARALLEL else line
+
+
+def _jamb(point: Points, along: Points, begin: Points, end: Points) -> Points | None:
+    """The middle of the doorpost's face, (2,), on which a divider ends; None where it ends on anything else.
+
+    `begin`, `end`: the outline's edges, both (n, 2). A doorpost's face is as short as a wall is thick and runs across the divider.
+    """
+    edge = end - begin
+    length = np.hypot(*edge.T)
+    share = np.clip(((point - begin) * edge).sum(1) / np.maximum(length, 1e-9) ** 2, 0, 1)
+    gap = np.linalg.norm(begin + share[:, None] * edge - point, axis=1)
+    across = np.abs(edge @ along) < ACROSS * length
+    found = np.flatnonzero((gap < 2 * TOUCH_M) & across & (length < THICKEST_WALL_M))
+    return (begin[found[0]] + end[found[0]]) / 2 if len(found) else None

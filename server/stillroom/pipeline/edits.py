@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
@@ -16,6 +17,8 @@ from stillroom.pipeline.dividers import Adrift, attach
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.restrictions import faults_of
 from stillroom.pipeline.rooms import floor_of, new_rooms, overlaps, partition, rooms_beside
+
+Gaps = npt.NDArray[np.float64]
 
 MOST_OPERATIONS = 500
 LONGEST_NAME = 64
@@ -320,17 +323,20 @@ def _check_untouched(draft: _Draft, floor: MultiPolygon) -> None:
     for divider in draft.dividers:
         if divider.id in draft.drawn:
             continue
-        others = [LineString(d.line) for d in draft.dividers if d.id != divider.id]
-        others += [LineString(d.line) for d in draft.previous.meta.dividers]
-        ends = shapely.points(as_points(divider.line))
-        gaps = shapely.distance(ends, shapely.union_all([shapely.boundary(floor), *others]))
-        on_floor = shapely.intersects(floor, ends)
-        if (on_floor & (gaps > END_M)).any():
+        before = _gaps(divider, draft.previous.dividers, draft.previous, floor)
+        if ((_gaps(divider, draft.dividers, draft.previous, floor) > END_M) & (before <= END_M)).any():
             faults.append(
                 Fault("/operations", f"The divider {divider.id} would end in mid-air: move or remove it too.")
             )
     if faults:
         raise InvalidEdit(faults[0].detail, tuple(faults))
+
+
+def _gaps(divider: Divider, among: Sequence[Divider], semantic_map: SemanticMap, floor: MultiPolygon) -> Gaps:
+    """Metres from both ends of a divider to the nearest wall or other divider, shape (2,)."""
+    others = [d.line for d in among if d.id != divider.id] + [d.line for d in semantic_map.meta.dividers]
+    barriers = shapely.GeometryCollection([shapely.boundary(floor), *map(LineString, others)])
+    return np.asarray(shapely.distance(shapely.points(as_points(divider.line)), barriers))
 
 
 def _with_rooms(dividers: Sequence[Divider], rooms: Sequence[Room]) -> tuple[Divider, ...]:

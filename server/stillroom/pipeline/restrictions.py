@@ -42,7 +42,8 @@ def carry_restrictions(
 ) -> tuple[Restriction, ...]:
     """Each restriction moved as one rigid shape with the ground under it, and whether it is placed.
 
-    It is placed where it still lies in the rooms it lay in; once lost, it stays so until a person draws it again. `before` are the previous map's rooms, `after` those of the new map with `frame`.
+    It is placed where it still lies in the rooms it lay in; once lost, it stays so until a person draws it again.
+    `before` are the previous map's rooms, `after` those of the new map with `frame`.
     """
     return tuple(_carry(restriction, motion, before, after, frame) for restriction in restrictions)
 

@@ -15,6 +15,7 @@ from shapely import MultiPolygon, Polygon
 
 from stillroom.maps.geometry import Line, Points, as_line
 from stillroom.maps.grid import GridFrame, Mask, look_up
+from stillroom.pipeline.dividers import centre
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.rooms import partition, rooms_beside
 
@@ -87,7 +88,8 @@ def propose_dividers(floor: MultiPolygon, mask: Mask, frame: GridFrame, params: 
     group = _join(
         pieces, {k: (sides[k][0], sides[k][1]) for k in real}, dict(zip(real, scores.tolist(), strict=True)), params
     )
-    return tuple(lines[k] for k in real if len({group[side] for side in sides[k]}) > 1)
+    kept = [lines[k] for k in real if len({group[side] for side in sides[k]}) > 1]
+    return tuple({frozenset(line): line for line in (centre(line, floor) for line in kept)}.values())
 
 
 def _vertices(floor: MultiPolygon, params: Params) -> _Outline:

@@ -17,7 +17,7 @@ from stillroom.maps.geometry import Line, Point, Points, as_line, as_points, as_
 from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid, distance_to, look_up
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
-from stillroom.pipeline.dividers import Adrift, attach
+from stillroom.pipeline.dividers import Adrift, attach, centre
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.rooms import absorb, new_rooms, overlaps, partition, rooms_beside
 from stillroom.pipeline.walls import (
@@ -138,7 +138,7 @@ def classify_obstacles(tracked: SemanticMap, grid: OccupancyGrid, shut: Sequence
     near = _band(boundary, params.wall_classification_m, frame)
     doors = _filled([_doorway(d.line, params.door_thickness_m) for d in tracked.dividers if d.id in shut], frame)
     wall = grid.occupied & (near | ~inside) & ~doors
-    wall &= ~_spurs(wall & inside & ~_band(boundary, params.wall_offset_m, frame), params.wall_spur_m / cell)
+    wall &= ~_furniture(grid.occupied & inside, near, _band(boundary, params.wall_offset_m, frame), params, cell)
     floor = grid.free.copy()
     if (floor & ~inside & ~near).sum() * cell**2 > params.floor_speck_m2:
         beyond = separate_clutter(grid, params).floor & ~inside & ~near
@@ -151,7 +151,7 @@ def classify_obstacles(tracked: SemanticMap, grid: OccupancyGrid, shut: Sequence
     rim = unseen & _band(boundary, params.outline_margin_m, frame)
     unseen &= ~rim
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    for _ in range(max(1, round(params.outline_margin_m / cell))):
+    for _ in range(2 * round(params.outline_margin_m / cell) + 2):
         unseen |= (cv2.dilate(unseen.view(np.uint8), cross) > 0) & rim
     floor |= (grid.occupied & ~wall & (inside | near)) | unseen
     return Obstacles(wall, grid.occupied & ~wall & inside, seal_diagonals(floor))
@@ -188,6 +188,23 @@ def _spurs(mask: Mask, cells: float) -> Mask:
     short = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) < cells
     short[0] = False
     return np.asarray(short[labels])
+
+
+def _furniture(obstacles: Mask, near: Mask, along: Mask, params: Params, cell: float) -> Mask:
+    """Of the obstacles inside rooms those that are no wall: what stands off the walls and is short, or reaches on into the room.
+
+    `along` is the band of cells in which walls are expected. What touches furniture there belongs to it, or else the slice of a cupboard
+    that is next to the wall would become wall, and with the next mission the next slice.
+    """
+    _, labels, stats, _ = cv2.connectedComponentsWithStats((obstacles & ~along).view(np.uint8), connectivity=8)
+    longest = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
+    large = np.zeros(len(stats), bool)
+    large[labels[obstacles & ~along & ~near]] = True
+    small = (longest < params.wall_spur_m / cell) & ~large
+    large[0] = small[0] = False
+    reach = 2 * (round(params.wall_offset_m / cell) + 1) + 1
+    grown = cv2.dilate(large[labels].view(np.uint8), np.ones((reach, reach), np.uint8)) > 0
+    return np.asarray(small[labels] | (grown & obstacles))
 
 
 def _bridged(boundary: Sequence[Points], wall: Mask, frame: GridFrame, params: Params) -> Mask:
@@ -261,7 +278,7 @@ def _attach_dividers(
         if isinstance(found, Adrift):
             lost.append(now)
         else:
-            placed[now] = replace(by_id[now], line=found.line)
+            placed[now] = replace(by_id[now], line=centre(found.line, floor))
     return tuple(placed[d.id] for d in dividers if d.id in placed), tuple(lost)
 
 

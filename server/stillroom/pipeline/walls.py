@@ -67,8 +67,12 @@ def seal_diagonals(floor: Mask) -> Mask:
     """`floor` without connections over a corner only: a diagonal wall of one cell must hold."""
     sealed = floor.copy()
     a, b, c, d = sealed[:-1, :-1], sealed[:-1, 1:], sealed[1:, :-1], sealed[1:, 1:]
-    a &= ~(a & d & ~b & ~c)
-    b &= ~(b & c & ~a & ~d)
+    leaks = True
+    while leaks:
+        rising, falling = a & d & ~b & ~c, b & c & ~a & ~d
+        leaks = bool(rising.any() or falling.any())
+        a &= ~rising
+        b &= ~falling
     return sealed
 
 
@@ -101,6 +105,7 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
         if holes.get(i):
             pillars = shapely.union_all(holes[i], grid_size=GRID_M)
             whole = polygons_in(shapely.difference(shell, pillars, grid_size=GRID_M))
+        whole = polygons_in(shapely.intersection(whole, shapely.box(0, 0, frame.width, frame.height)))
         parts += [p for p in whole if p.area * frame.resolution**2 >= max(smallest_m2, GRID_M)]
     moved = shapely.transform(np.array(parts, dtype=object), lambda p: frame.to_map(as_points(p)))
     snapped = polygons_in(shapely.set_precision(moved, GRID_M))
