@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import tempfile
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -10,6 +11,7 @@ from typing import Any
 
 import hypothesis
 import pytest
+import sqlalchemy as sa
 from httpx2 import Response
 from starlette.testclient import TestClient
 
@@ -21,12 +23,17 @@ from stillroom.settings import Settings
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
 from stillroom.store.migrate import migrate
+from stillroom.store.tables import metadata
+from tests import postgresql
 from tests.homes import ORIGIN, RESOLUTION, Image, home, png
 
 hypothesis.settings.register_profile("stillroom", deadline=None)  # how fast the machine is, is not under test
 hypothesis.settings.load_profile("stillroom")
 
 ADMIN_TOKEN = "operator-of-the-tests"
+ENGINES = ("sqlite", "postgresql")
+ON_BOTH_ENGINES = ("store", "service", "api", "test_migrations.py")
+"""Tests of these files and folders run once with each engine, all others with SQLite."""
 Json = dict[str, Any]
 
 
@@ -36,7 +43,6 @@ class InlineWorker:
 
     database: Database
     grids: GridStore
-    signals: Signals
     paused: bool = False
     _pool: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1))
     _last: Future[None] | None = None
@@ -56,8 +62,8 @@ class InlineWorker:
             self._last.result()
 
     def _drain(self) -> None:
-        while (map_id := process_next(self.database, self.grids)) is not None:
-            self.signals.changed(map_id)
+        while process_next(self.database, self.grids) is not None:
+            pass
 
     def stop(self) -> None:
         self._pool.shutdown()
@@ -144,6 +150,53 @@ def plain_logs() -> None:
     logs.configure()
 
 
+_postgresql = pytest.StashKey[Path]()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    told: dict[str, str] = getattr(config, "workerinput", {})
+    folder = told["postgresql"] if told else tempfile.mkdtemp(prefix="stillroom-postgresql-")
+    config.stash[_postgresql] = Path(folder)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """xdist: one PostgreSQL for all processes of a run."""
+    node.workerinput["postgresql"] = str(node.config.stash[_postgresql])
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    if not hasattr(config, "workerinput"):
+        postgresql.Server(config.stash[_postgresql]).stop()
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "engine" in metafunc.fixturenames:
+        top = metafunc.definition.path.relative_to(Path(__file__).parent).parts[0]
+        metafunc.parametrize("engine", ENGINES if top in ON_BOTH_ENGINES else ENGINES[:1])
+
+
+@pytest.fixture(scope="session")
+def postgresql_server(request: pytest.FixtureRequest) -> postgresql.Server:
+    """With a migrated database to be copied."""
+    server = postgresql.Server(request.config.stash[_postgresql])
+    with server.started() as first:
+        if first:
+            server.execute(f"CREATE DATABASE {postgresql.TEMPLATE}")
+            database = Database(server.url(postgresql.TEMPLATE))
+            migrate(database)
+            database.dispose()
+    return server
+
+
+@pytest.fixture(scope="session")
+def postgresql_url(postgresql_server: postgresql.Server, worker_id: str) -> str:
+    """Of a database that this process of the tests has for itself."""
+    with postgresql_server.started():
+        postgresql_server.execute(f"CREATE DATABASE of_{worker_id} TEMPLATE {postgresql.TEMPLATE}")
+    return postgresql_server.url(f"of_{worker_id}")
+
+
 @pytest.fixture(scope="session")
 def migrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """An empty database at the newest schema, to be copied."""
@@ -155,11 +208,29 @@ def migrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def settings(tmp_path: Path, migrated: Path) -> Settings:
-    shutil.copy(migrated, tmp_path / "stillroom.sqlite")
+def database_url(engine: str, tmp_path: Path, request: pytest.FixtureRequest) -> str:
+    """An empty database at the newest schema."""
+    if engine == "postgresql":
+        url: str = request.getfixturevalue("postgresql_url")
+        empty(url)
+        return url
+    file = tmp_path / "stillroom.sqlite"
+    shutil.copy(request.getfixturevalue("migrated"), file)
+    return f"sqlite:///{file}"
+
+
+def empty(url: str) -> None:
+    database = Database(url)
+    with database.write() as tx:
+        tx.execute(sa.text(f"TRUNCATE {', '.join(map(str, metadata.tables))} RESTART IDENTITY CASCADE"))
+    database.dispose()
+
+
+@pytest.fixture
+def settings(tmp_path: Path, database_url: str) -> Settings:
     return Settings(
         data_dir=tmp_path,
-        database_url=f"sqlite:///{tmp_path / 'stillroom.sqlite'}",
+        database_url=database_url,
         grid_store_url=str(tmp_path / "grids"),
         admin_token=ADMIN_TOKEN,
     )
@@ -173,14 +244,16 @@ def database(settings: Settings) -> Iterator[Database]:
 
 
 @pytest.fixture
-def service(settings: Settings, database: Database) -> Iterator[Service]:
+def service(settings: Settings) -> Iterator[Service]:
     grids, signals = GridStore(settings.grid_store_url), Signals()
-    worker = InlineWorker(database, grids, signals)
+    database = Database(settings.database_url, signals.hear)
+    worker = InlineWorker(database, grids)
     signals.wake_workers = worker.wake
     app = create_app(settings, signals, static=settings.data_dir / "static")
     with TestClient(app, base_url="http://stillroom.test", raise_server_exceptions=False) as http:
         yield Service(settings, http, database, grids, worker)
     worker.stop()
+    database.dispose()
     app.state.parts.database.dispose()
 
 

@@ -1,6 +1,7 @@
 """The schema: the migrations make what the tables say, and travel with the package."""
 
 import tomllib
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -14,13 +15,29 @@ from alembic.script import ScriptDirectory
 from stillroom.store import migrate
 from stillroom.store.database import Database
 from stillroom.store.tables import metadata
+from tests import postgresql
 
 TOP = Path(__file__).parents[1]
 
 
 @pytest.fixture
-def empty(tmp_path: Path) -> Database:
-    return Database(f"sqlite:///{tmp_path / 'new.sqlite'}")
+def new_url(engine: str, tmp_path: Path, request: pytest.FixtureRequest, worker_id: str) -> Iterator[str]:
+    """Of a database without any table."""
+    if engine == "sqlite":
+        yield f"sqlite:///{tmp_path / 'new.sqlite'}"
+        return
+    server: postgresql.Server = request.getfixturevalue("postgresql_server")
+    name = f"new_of_{worker_id}"
+    server.execute(f"CREATE DATABASE {name}")
+    yield server.url(name)
+    server.execute(f"DROP DATABASE {name} WITH (FORCE)")
+
+
+@pytest.fixture
+def empty(new_url: str) -> Iterator[Database]:
+    database = Database(new_url)
+    yield database
+    database.dispose()
 
 
 def test_the_migrations_make_the_tables_that_the_program_knows(empty: Database) -> None:
@@ -43,12 +60,14 @@ def test_every_migration_can_be_undone_and_done_again(empty: Database) -> None:
     migrate.migrate(empty)
 
 
-def test_servers_that_start_at_once_migrate_once(tmp_path: Path) -> None:
-    url = f"sqlite:///{tmp_path / 'new.sqlite'}"
+def test_servers_that_start_at_once_migrate_once(new_url: str) -> None:
+    servers = [Database(new_url) for _ in range(4)]
     with ThreadPoolExecutor(4) as pool:
-        list(pool.map(lambda _: migrate.migrate(Database(url)), range(4)))
-    with Database(url).read() as tx:
-        assert migrate.is_current(tx)
+        list(pool.map(migrate.migrate, servers))
+    for server in servers:
+        with server.read() as tx:
+            assert migrate.is_current(tx)
+        server.dispose()
 
 
 def test_there_is_one_newest_schema() -> None:

@@ -1,5 +1,8 @@
 """The web application: routers, errors and headers put together."""
 
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from functools import partial
 from pathlib import Path
 
 from fastapi import FastAPI
@@ -25,18 +28,18 @@ SECURITY_HEADERS = {
 
 
 def create_app(settings: Settings, signals: Signals | None = None, static: Path = STATIC) -> FastAPI:
-    """Nothing is opened before the first request needs it."""
+    """Nothing is opened before the app is started or the first request needs it."""
+    parts = Parts(settings.database_url, settings.grid_store_url, settings.admin_token, static, signals or Signals())
     app = FastAPI(
         title="stillroom",
         version=__version__,
         description="Keeps a home's rooms still while the robot's map under them moves.",
         docs_url=None,
         redoc_url=None,
+        lifespan=partial(_listening, parts),
         responses=problems.RESPONSES,
     )
-    app.state.parts = Parts(
-        settings.database_url, settings.grid_store_url, settings.admin_token, static, signals or Signals()
-    )
+    app.state.parts = parts
     problems.install(app)
     app.add_middleware(BodyLimit)
     app.add_middleware(SecurityHeaders)
@@ -45,6 +48,13 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
     schema.install(app)
     app.include_router(web.router)  # last: it takes every path that is left
     return app
+
+
+@asynccontextmanager
+async def _listening(parts: Parts, _app: FastAPI) -> AsyncIterator[None]:
+    """While the app runs, it hears what other processes do to the same database."""
+    with parts.database.listening(parts.signals.hear, parts.signals.catch_up):
+        yield
 
 
 class SecurityHeaders:

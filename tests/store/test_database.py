@@ -1,4 +1,4 @@
-"""Connections to SQLite: durable, one writer at a time, readers never in the way."""
+"""Connections: durable, readers never in the way, and what one commits is told to those who wait."""
 
 import threading
 from datetime import UTC, datetime, timedelta, timezone
@@ -24,11 +24,22 @@ def add(database: Database, robot_id: str) -> bool:
         return robots.add(tx, row(robot_id), f"token of {robot_id}", "")
 
 
-def test_commits_are_durable_and_readers_do_not_wait_for_writers(database: Database) -> None:
+@pytest.mark.parametrize("durable", [True, False])
+def test_commits_are_durable_unless_asked_not_to_be(database: Database, durable: bool) -> None:
+    with database.write(durable=durable) as tx:
+        if database.is_postgresql:
+            assert tx.execute(sa.text("SHOW synchronous_commit")).scalar() == ("on" if durable else "off")
+        else:
+            assert tx.execute(sa.text("PRAGMA synchronous")).scalar() == (2 if durable else 1)  # FULL, NORMAL
+            assert tx.execute(sa.text("PRAGMA journal_mode")).scalar() == "wal"
+            assert tx.execute(sa.text("PRAGMA foreign_keys")).scalar() == 1
+    if database.is_postgresql:
+        with database.write() as tx:  # the same connection again
+            assert tx.execute(sa.text("SHOW synchronous_commit")).scalar() == "on"
+
+
+def test_readers_do_not_wait_for_writers(database: Database) -> None:
     with database.write() as tx:
-        assert tx.execute(sa.text("PRAGMA synchronous")).scalar() == 2  # FULL
-        assert tx.execute(sa.text("PRAGMA journal_mode")).scalar() == "wal"
-        assert tx.execute(sa.text("PRAGMA foreign_keys")).scalar() == 1
         robots.add(tx, row("RB-1"), "t", "")
         with database.read() as reader:
             assert robots.get(reader, "RB-1") is None
@@ -48,13 +59,28 @@ def test_an_error_undoes_the_whole_transaction(database: Database) -> None:
     assert not add(database, "RB-1")
 
 
+def test_all_that_a_reader_sees_is_of_one_moment(database: Database) -> None:
+    with database.read() as reader:
+        assert robots.get(reader, "RB-1") is None
+        assert add(database, "RB-1")
+        assert robots.get(reader, "RB-1") is None
+
+
+def test_a_reader_cannot_write(database: Database) -> None:
+    with pytest.raises((sa.exc.DBAPIError, Unavailable)), database.read() as tx:
+        robots.add(tx, row("RB-1"), "t", "")
+
+
 def test_a_writer_that_waits_too_long_is_told_that_the_database_is_busy(
     settings: Settings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(database_module, "SQLITE_BUSY_MS", 50)
+    monkeypatch.setattr(database_module, "PATIENCE_MS", 50)
     patient, hasty = Database(settings.database_url), Database(settings.database_url)
-    with patient.write(), pytest.raises(Unavailable):
-        add(hasty, "RB-1")
+    with patient.write() as tx:
+        robots.add(tx, row("RB-1"), "t", "")
+        with pytest.raises(Unavailable):
+            add(hasty, "RB-1")
+        tx.rollback()
     assert add(hasty, "RB-1")
     patient.dispose()
     hasty.dispose()

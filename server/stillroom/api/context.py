@@ -35,7 +35,7 @@ class Parts:
 
     @cached_property
     def database(self) -> Database:
-        return Database(self.database_url)
+        return Database(self.database_url, self.signals.hear)
 
     @cached_property
     def grids(self) -> GridStore:

@@ -33,7 +33,7 @@ async def follow(
     if last_event_id is not None and last_event_id.isdecimal() and len(last_event_id) < 19:
         last = int(last_event_id)
     else:
-        last = await run_in_threadpool(newest_event, service.database)
+        last = await run_in_threadpool(newest_event, service.database, who)
     stream = _stream(service, who, robot, map_name, last)
     return StreamingResponse(stream, media_type="text/event-stream", headers={"Cache-Control": "no-store"})
 

@@ -46,9 +46,7 @@ def show_map(request: Request, service: Service, robot: RobotId, map_name: MapNa
 @router.patch("", response_model=api.MapSummary, dependencies=_EDIT)
 def change_settings(service: Service, robot: RobotId, map_name: MapName, settings: api.MapSettings) -> Response:
     """What people call the map, and whether updates that are not certain wait for them."""
-    summary, map_id = edits.change_settings(service.database, robot, map_name, settings)
-    service.signals.changed(map_id)
-    return document(summary)
+    return document(edits.change_settings(service.database, robot, map_name, settings))
 
 
 @router.get("/versions", response_model=api.Page[api.VersionListItem], dependencies=_READ)
@@ -92,8 +90,7 @@ def restore_version(
     service: Service, who: Caller, robot: RobotId, map_name: MapName, number: VersionNumber
 ) -> Response:
     """An old version again, as a new one."""
-    made, map_id = edits.restore_version(service.database, who, robot, map_name, number)
-    service.signals.changed(map_id)
+    made = edits.restore_version(service.database, who, robot, map_name, number)
     return document(made, 201, _tag(made.version))
 
 
@@ -109,13 +106,9 @@ def edit_map(
 ) -> Response:
     """All operations or none, as one new version."""
     operations = [operation.as_operation() for operation in edit.operations]
-    made, map_id = edits.edit_map(
-        service.database, who, robot, map_name, expected_version(if_match), operations, dry_run
-    )
-    if dry_run:
-        return document(made)
-    service.signals.changed(map_id)
-    return document(made, headers=_tag(made.version))
+    expected = expected_version(if_match)
+    made = edits.edit_map(service.database, who, robot, map_name, expected, operations, dry_run)
+    return document(made, headers={} if dry_run else _tag(made.version))
 
 
 @router.get("/rooms/{room}", response_model=RoomFeature | api.RetiredRoom, dependencies=_READ)

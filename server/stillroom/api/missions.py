@@ -85,8 +85,6 @@ async def upload(request: Request, service: Service, robot: RobotId, map_name: M
         (grid.content_type, bytes(grid.content)),
         bytes(meta.content),
     )
-    if received.made:
-        service.signals.wake_workers()
     wait_s = wait_preference(request.headers.getlist("Prefer"))
     mission = await _wait(service, received, wait_s)
     headers = {"Location": request.url.path}

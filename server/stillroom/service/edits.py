@@ -15,7 +15,7 @@ from stillroom.pipeline.edits import EditResult, Operation, apply_edits
 from stillroom.service.accounts import Principal, signature
 from stillroom.service.maps import as_document, document_fields, find_in_force, find_map, find_version, map_summary
 from stillroom.service.versions import ids_of, new_version
-from stillroom.store import events, lanes, maps
+from stillroom.store import clock, events, lanes, maps
 from stillroom.store.database import Database
 from stillroom.store.rows import MapRow, VersionHead, VersionRow
 
@@ -28,21 +28,19 @@ def edit_map(
     expected: int,
     operations: Sequence[Operation],
     dry_run: bool,
-) -> tuple[api.EditedMap, int]:
-    """All operations on version `expected` as one new version, and the map's id. Raises NotFound, StaleVersion, InvalidEdit.
+) -> api.EditedMap:
+    """All operations on version `expected` as one new version. Raises NotFound, StaleVersion, InvalidEdit.
 
     Computed outside of any transaction; committed only if `expected` is still in force. A mission that is being processed
     meanwhile notices the same way, and is then carried over from the edited map.
     """
     of, row = _expected(database, robot_id, map_name, expected)
     result = apply_edits(decode_map(row.document, ids_of(of)), operations)
-    now, made_by = datetime.now(UTC), signature(caller)
+    made_by = signature(caller)
     if dry_run:
-        preview = VersionRow(
-            **vars(row)
-            | {"number": row.number + 1, "parent": row.number, "cause": "edit", "made_by": made_by, "created_at": now}
-        )
-        return _edited(of, preview, result), of.id
+        changed = {"number": row.number + 1, "parent": row.number, "cause": "edit", "made_by": made_by}
+        preview = VersionRow(**vars(row) | changed | {"created_at": datetime.now(UTC)})
+        return _edited(of, preview, result)
     new = new_version(
         result.map,
         retired=result.retired,
@@ -57,17 +55,18 @@ def edit_map(
     with database.write() as tx:
         lanes.lock(tx, of.id)
         _check_in_force(maps.get(tx, of.id), expected)
+        now = clock.now(tx)
         number = maps.add_version(tx, of.id, new, now)
         events.add(tx, of, "version", {"version": number, "cause": "edit"}, now)
         made = maps.version_at(tx, of.id, number)
     assert made is not None
-    return _edited(of, made, result), of.id
+    return _edited(of, made, result)
 
 
 def restore_version(
     database: Database, caller: Principal, robot_id: str, map_name: str, number: int
-) -> tuple[api.MapDocument, int]:
-    """An old version again, as a new one; and the map's id. Raises NotFound."""
+) -> api.MapDocument:
+    """An old version again, as a new one. Raises NotFound."""
     with database.write() as tx:
         found, _ = find_in_force(tx, robot_id, map_name)
         lanes.lock(tx, found.id)
@@ -75,7 +74,7 @@ def restore_version(
         row, current = maps.version_at(tx, of.id, number), maps.version_at(tx, of.id, head)
         if row is None or current is None:
             raise NotFound(f"The map {map_name} of {robot_id} has no version {number}.")
-        restored, now = decode_map(row.document, ids_of(of)), datetime.now(UTC)
+        restored, now = decode_map(row.document, ids_of(of)), clock.now(tx)
         new = new_version(
             restored,
             retired=_ended_by_restore(decode_map(current.document), restored),
@@ -91,12 +90,10 @@ def restore_version(
         events.add(tx, of, "version", {"version": made_number, "cause": "restore"}, now)
         made = maps.version_at(tx, of.id, made_number)
     assert made is not None
-    return as_document(of, made, restored), of.id
+    return as_document(of, made, restored)
 
 
-def change_settings(
-    database: Database, robot_id: str, map_name: str, settings: api.MapSettings
-) -> tuple[api.MapSummary, int]:
+def change_settings(database: Database, robot_id: str, map_name: str, settings: api.MapSettings) -> api.MapSummary:
     """Raises NotFound."""
     values = {"title": settings.name and settings.name.strip(), "review": settings.review}
     changed = {name: value for name, value in values.items() if value is not None}
@@ -104,9 +101,9 @@ def change_settings(
         of = find_map(tx, robot_id, map_name)
         if changed:
             maps.change_settings(tx, of.id, changed)
-            events.add(tx, of, "settings", {}, datetime.now(UTC))
+            events.add(tx, of, "settings", {}, clock.now(tx))
         of = maps.get(tx, of.id)
-        return map_summary(of, maps.heads(tx, [of]).get(of.id)), of.id
+        return map_summary(of, maps.heads(tx, [of]).get(of.id))
 
 
 def _expected(database: Database, robot_id: str, map_name: str, expected: int) -> tuple[MapRow, VersionRow]:

@@ -8,9 +8,10 @@ from stillroom.store.database import Database
 BATCH = 500
 
 
-def newest_event(database: Database) -> int:
+def newest_event(database: Database, caller: Principal) -> int:
+    """Id of the newest event that the caller may see."""
     with database.read() as tx:
-        return events.newest(tx)
+        return events.newest(tx, visible_to(caller))
 
 
 def events_after(

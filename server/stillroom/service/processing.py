@@ -4,8 +4,8 @@ import time
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from dataclasses import dataclass, field, replace
+from datetime import datetime
 from functools import partial
 from threading import Event, Thread
 
@@ -20,7 +20,7 @@ from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.update import MapUpdate, create_semantic_map, update_map
 from stillroom.service.frames import Step, motion_between
 from stillroom.service.versions import ids_of, new_version
-from stillroom.store import events, lanes, maps, missions
+from stillroom.store import clock, events, lanes, maps, missions
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
 from stillroom.store.rows import Json, MapRow, MissionRow, VersionRow
@@ -186,22 +186,23 @@ def _commit(
     found: missions.Finding,
 ) -> bool:
     """Finding, version and events in one transaction. False where the version in force is no longer the one gathered."""
-    mission, of, now = gathered.mission, gathered.of, datetime.now(UTC)
+    mission, of = gathered.mission, gathered.of
     with database.write() as tx:
         if lanes.lock(tx, of.id) != claim.token:
             return True  # the lease ran out and another worker has the mission: what we found does not count
         if maps.get(tx, of.id).head != of.head:
             return False
-        data: Json = {"mission": mission.key, "outcome": found.outcome}
-        if update is not None and update.taken and not gathered.is_late:
-            number = _add_version(tx, gathered, update, now)
-            found = missions.Finding(**vars(found) | {"version": number})
-            cause = "created" if of.head is None else "mission"
-            events.add(tx, of, "version", {"version": number, "cause": cause, "mission": mission.key}, now)
+        now = clock.now(tx)
+        taken = update is not None and update.taken and not gathered.is_late
+        if update is not None and taken:
+            found = replace(found, version=_add_version(tx, gathered, update, now))
         missions.finish(tx, mission.id, found, now)
         maps.note_processed(tx, of.id, mission.epoch, mission.sequence)
-        events.add(tx, of, "mission", data | {"version": found.version}, now)
         lanes.release(tx, of.id)
+        data: Json = {"mission": mission.key, "version": found.version}
+        if taken:
+            events.add(tx, of, "version", data | {"cause": "created" if of.head is None else "mission"}, now)
+        events.add(tx, of, "mission", data | {"outcome": found.outcome}, now)
     return True
 
 

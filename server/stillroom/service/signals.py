@@ -1,10 +1,12 @@
-"""Who waits for a map to change, inside one process. Only hints pass here: the truth is read from the database every time."""
+"""Who waits for a map to change, inside one process."""
 
 import asyncio
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+
+from stillroom.store.hints import Hint
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,7 +18,7 @@ class _Watch:
 
 
 class Signals:
-    """`wake_workers` is called after every commit that gave the workers something to do."""
+    """Hears hints and passes them on: to `wake_workers` that there is something to do, to whoever watches that a map changed."""
 
     def __init__(self, wake_workers: Callable[[], None] = lambda: None) -> None:
         self.wake_workers = wake_workers
@@ -36,9 +38,17 @@ class Signals:
             with self._lock:
                 self._watches.discard(watch)
 
-    def changed(self, map_id: int) -> None:
-        """A commit changed this map. From any thread."""
-        self._set(lambda watch: watch.map_id in (None, map_id))
+    def hear(self, hint: Hint) -> None:
+        """From any thread."""
+        if hint.kind == "work":
+            self.wake_workers()
+        else:
+            self._set(lambda watch: watch.map_id in (None, hint.map_id))
+
+    def catch_up(self) -> None:
+        """Hints may have been missed: all look for themselves."""
+        self.wake_workers()
+        self._set(lambda _watch: True)
 
     def close(self) -> None:
         """The process is about to end: all who wait should stop."""

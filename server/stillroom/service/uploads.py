@@ -1,14 +1,13 @@
 """A robot uploads a mission: checked, stored durably, queued. Processing is elsewhere."""
 
 from dataclasses import dataclass
-from datetime import UTC, datetime
 
 from stillroom.documents import api
 from stillroom.documents.grids import as_png, check_type, read_grid
 from stillroom.documents.missions import parse_meta, stored_meta
 from stillroom.errors import MissionConflict, NotFound
 from stillroom.service.paging import page_of
-from stillroom.store import lanes, maps, missions
+from stillroom.store import clock, lanes, maps, missions
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
 from stillroom.store.rows import MapRow, MissionRow
@@ -41,9 +40,8 @@ def receive(
     said, document = parse_meta(meta)
     read_grid(content, said.reading())
     grid_key, digest = grids.put(content), said.digest()
-    now = datetime.now(UTC)
     with database.write() as tx:
-        row = maps.get_or_add(tx, robot_id, map_name, now)
+        row = maps.get_or_add(tx, robot_id, map_name)
         lanes.lock(tx, row.id)
         there = missions.by_key(tx, row.id, key)
         if there is not None:
@@ -51,7 +49,7 @@ def receive(
                 raise MissionConflict(f"Mission {key} was uploaded before with another grid or other meta.")
             return Received(row.id, there.id, made=False)
         new = missions.NewMission(row.id, key, said.epoch, said.sequence, grid_key, document, digest)
-        mission_id = missions.add(tx, new, now)
+        mission_id = missions.add(tx, new, clock.now(tx))
         lanes.wake(tx, row.id)
     return Received(row.id, mission_id, made=True)
 

@@ -1,7 +1,8 @@
 """Worker processes, one a core: a thread beside the API would cost its callers twenty times their waiting time.
 
-Three pipes tie them to the process that serves: `work` (a byte: there is something to do), `done` (a line with a map's id: it
-changed) and `alive`, which nobody ever writes to: it ends when the serving process does, however it dies.
+Three pipes tie them to the process that serves: `work` (a byte: there is something to do), `hints` (lines: what their commits
+changed; on PostgreSQL the database carries those) and `alive`, which nobody ever writes to: it ends when the serving process
+does, however it dies.
 """
 
 import multiprocessing
@@ -12,6 +13,7 @@ import signal
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from time import monotonic, sleep
@@ -24,6 +26,7 @@ from stillroom.service.processing import process_next
 from stillroom.store import lanes
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
+from stillroom.store.hints import Hint, decode, encode
 
 IDLE_S = 5.0
 """A worker that was not woken looks for work this often, in case a wake-up was lost."""
@@ -32,18 +35,16 @@ _RESTART_PAUSE_S = 1.0
 log = structlog.get_logger()
 
 
-def run_worker(database_url: str, grid_store: str, work: Connection, done: Connection, alive: Connection) -> None:
+def run_worker(database_url: str, grid_store: str, work: Connection, hints: Connection, alive: Connection) -> None:
     """The whole life of a worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the serving process, which ends `alive`
     cv2.setNumThreads(1)
     logs.configure()
-    database, grids = Database(database_url), GridStore(grid_store)
+    database, grids = Database(database_url, partial(_pass_on, hints)), GridStore(grid_store)
     while not _ended(alive):
         pause = IDLE_S
         try:
-            map_id = process_next(database, grids)
-            if map_id is not None:
-                _tell(done, map_id)
+            if process_next(database, grids) is not None:
                 continue
             pause = _until_next(database)
         except Exception:
@@ -69,22 +70,24 @@ def _wait(work: Connection, alive: Connection, seconds: float) -> None:
             os.read(work.fileno(), 1)  # one byte wakes one worker
 
 
-def _tell(done: Connection, map_id: int) -> None:
+def _pass_on(hints: Connection, hint: Hint) -> None:
     with suppress(OSError):  # the serving process is gone; the result is committed
-        os.write(done.fileno(), f"{map_id}\n".encode())  # shorter than PIPE_BUF: lines of several workers don't mix
+        os.write(
+            hints.fileno(), f"{encode(hint)}\n".encode()
+        )  # shorter than PIPE_BUF: lines of several workers don't mix
 
 
 class Workers:
     """Starts `count` worker processes, and again each that dies, until `stop`."""
 
-    def __init__(self, database_url: str, grid_store: str, count: int, changed: Callable[[int], None]) -> None:
-        self._changed = changed
+    def __init__(self, database_url: str, grid_store: str, count: int, hear: Callable[[Hint], None]) -> None:
+        self._hear = hear
         self._work_out, self._work_in = multiprocessing.Pipe(duplex=False)
-        self._done_out, self._done_in = multiprocessing.Pipe(duplex=False)
+        self._hints_out, self._hints_in = multiprocessing.Pipe(duplex=False)
         self._alive_out, self._alive_in = multiprocessing.Pipe(duplex=False)
         os.set_blocking(self._work_out.fileno(), False)
         os.set_blocking(self._work_in.fileno(), False)
-        self._arguments = (database_url, grid_store, self._work_out, self._done_in, self._alive_out)
+        self._arguments = (database_url, grid_store, self._work_out, self._hints_in, self._alive_out)
         self._stopping = False
         self._processes = [self._start() for _ in range(count)]
         self._threads = [
@@ -129,7 +132,9 @@ class Workers:
 
     def _listen(self) -> None:
         rest = b""
-        while chunk := os.read(self._done_out.fileno(), 65536):
+        while chunk := os.read(self._hints_out.fileno(), 65536):
             *lines, rest = (rest + chunk).split(b"\n")
             for line in lines:
-                self._changed(int(line))
+                hint = decode(line.decode())
+                if hint is not None:
+                    self._hear(hint)

@@ -1,7 +1,7 @@
 """Connections: one engine that reads and one that writes, with the same code on SQLite and PostgreSQL."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from sqlite3 import Connection as SqliteConnection
 from typing import Any
@@ -12,58 +12,136 @@ from sqlalchemy.exc import OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 
 from stillroom.errors import Unavailable
+from stillroom.store.hints import CHANNEL, Hint, encode
 
 Transaction = sa.Connection
 """One transaction; all queries of the store take one."""
 
-SQLITE_BUSY_MS = 30_000
+PATIENCE_MS = 30_000
+"""How long a transaction waits for another's lock."""
+_CONNECT_S = 10
 
 
 class Database:
-    """`read()` and `write()` open a transaction each. Never open one inside the other: on SQLite only one may write at a time."""
+    """`read()` and `write()` open a transaction each. Never open one inside the other: on SQLite only one may write at a time.
 
-    def __init__(self, url: str) -> None:
-        self.url = sa.make_url(url)
-        self._is_sqlite = self.url.get_backend_name() == "sqlite"
-        if self._is_sqlite and self.url.database:
-            Path(self.url.database).parent.mkdir(parents=True, exist_ok=True)
-        self._reader = self._engine("BEGIN")
-        self._writer = self._engine("BEGIN IMMEDIATE") if self._is_sqlite else self._reader
+    `hear` is told what each commit of this process changed. On PostgreSQL nobody is told directly: the database itself
+    carries hints to all processes that listen (`store.listening`).
+    """
 
-    def _engine(self, begin: str) -> sa.Engine:
-        if not self._is_sqlite:
-            return sa.create_engine(self.url, pool_pre_ping=True, pool_size=20)
-        # As many connections as handler threads ask for: SQLite's own lock is the queue.
-        engine = sa.create_engine(self.url, pool_size=5, max_overflow=-1)
-        sa.event.listen(engine, "connect", _prepare_sqlite)
-        sa.event.listen(engine, "begin", lambda connection: connection.exec_driver_sql(begin))
-        return engine
+    def __init__(self, url: str, hear: Callable[[Hint], None] = lambda _hint: None) -> None:
+        self.url = _with_driver(sa.make_url(url))
+        self.is_postgresql = self.url.get_backend_name() == "postgresql"
+        if self.is_postgresql:
+            engine: sa.Engine = _postgresql_engine(self.url)
+            # All statements of a reader see one moment; writers lock first and then look, so each statement sees the newest.
+            self._reader: sa.Engine = engine.execution_options(
+                isolation_level="REPEATABLE READ", postgresql_readonly=True
+            )
+            self._writer: sa.Engine = engine.execution_options(isolation_level="READ COMMITTED")
+            self._relaxed_writer: sa.Engine = self._writer
+            self._notifier = engine.execution_options(isolation_level="AUTOCOMMIT")
+        else:
+            if self.url.database:
+                Path(self.url.database).parent.mkdir(parents=True, exist_ok=True)
+            self._reader = _sqlite_engine(self.url, "BEGIN", "query_only=ON")
+            self._writer = _sqlite_engine(self.url, "BEGIN IMMEDIATE", "synchronous=FULL")
+            self._relaxed_writer = _sqlite_engine(self.url, "BEGIN IMMEDIATE", "synchronous=NORMAL")
+        self._hear = hear
 
     @contextmanager
     def read(self) -> Iterator[Transaction]:
+        """All statements see the same moment."""
         with _unavailable_when_busy(), self._reader.connect() as connection:
             yield connection
 
     @contextmanager
-    def write(self) -> Iterator[Transaction]:
-        """Committed durably at the end; rolled back where an error passes through."""
-        with _unavailable_when_busy(), self._writer.begin() as connection:
+    def write(self, durable: bool = True) -> Iterator[Transaction]:
+        """Committed at the end; rolled back where an error passes through.
+
+        `durable`: a commit has reached the disk when this returns. Without, a power loss may undo it, though never a part of it
+        and never one that was seen by a durable one.
+        """
+        engine = self._writer if durable else self._relaxed_writer
+        with _unavailable_when_busy(), engine.begin() as connection:
+            hints: dict[Hint, None] = {}
+            connection.info[_HINTS] = hints
+            if self.is_postgresql and not durable:
+                connection.execute(sa.text("SET LOCAL synchronous_commit TO off"))
             yield connection
+        self._tell(list(hints))
+
+    def _tell(self, hints: Sequence[Hint]) -> None:
+        if not self.is_postgresql:
+            for hint in hints:
+                self._hear(hint)
+        elif hints:
+            # Not inside of the transaction that it tells of: commits that notify wait for each other's disk, one after the other.
+            notify = (sa.func.pg_notify(CHANNEL, encode(hint)) for hint in hints)
+            query = sa.select(sa.func.set_config("synchronous_commit", "off", True), *notify)
+            with suppress(OperationalError, PoolTimeout), self._notifier.connect() as connection:
+                connection.execute(query)
+
+    @contextmanager
+    def listening(self, hear: Callable[[Hint], None], caught_up: Callable[[], None]) -> Iterator[None]:
+        """Within the block, what other processes commit is heard; `caught_up` is called whenever some may have been missed.
+
+        On SQLite all processes of the service descend from one and tell each other.
+        """
+        if not self.is_postgresql:
+            yield
+            return
+        from stillroom.store.listening import Listener  # needs PostgreSQL's driver
+
+        listener = Listener(self.url, hear, caught_up)
+        try:
+            yield
+        finally:
+            listener.stop()
 
     def dispose(self) -> None:
-        self._reader.dispose()
-        self._writer.dispose()
+        for engine in {self._reader, self._writer, self._relaxed_writer}:
+            engine.dispose()
 
 
-def _prepare_sqlite(connection: SqliteConnection, _record: object) -> None:
-    connection.isolation_level = None  # the "begin" event decides, not the driver
-    for pragma in (
-        "journal_mode=WAL",
-        "synchronous=FULL",  # what was acknowledged survives power loss
-        f"busy_timeout={SQLITE_BUSY_MS}",
-        "foreign_keys=ON",
-    ):
-        connection.execute(f"PRAGMA {pragma}").close()
+_HINTS = "stillroom_hints"
+
+
+def tell(tx: Transaction, hint: Hint) -> None:
+    """Tells those who wait, once `tx` is committed."""
+    hints: dict[Hint, None] = tx.info[_HINTS]
+    hints[hint] = None
+
+
+def _with_driver(url: sa.URL) -> sa.URL:
+    """PostgreSQL's URLs name no driver (postgres://…, postgresql://…); this program has one."""
+    return url.set(drivername="postgresql+psycopg") if url.drivername in ("postgres", "postgresql") else url
+
+
+def _sqlite_engine(url: sa.URL, begin: str, pragma: str) -> sa.Engine:
+    # As many connections as handler threads ask for: SQLite's own lock is the queue.
+    engine = sa.create_engine(url, pool_size=5, max_overflow=-1)
+
+    def prepare(connection: SqliteConnection, _record: object) -> None:
+        connection.isolation_level = None  # the "begin" event decides, not the driver
+        for setting in ("journal_mode=WAL", f"busy_timeout={PATIENCE_MS}", "foreign_keys=ON", pragma):
+            connection.execute(f"PRAGMA {setting}").close()
+
+    sa.event.listen(engine, "connect", prepare)
+    sa.event.listen(engine, "begin", lambda connection: connection.exec_driver_sql(begin))
+    return engine
+
+
+def _postgresql_engine(url: sa.URL) -> sa.Engine:
+    connect = {} if "connect_timeout" in url.query else {"connect_timeout": _CONNECT_S}
+    engine = sa.create_engine(url, pool_pre_ping=True, pool_size=20, max_overflow=20, connect_args=connect)
+
+    def prepare(connection: Any, _record: object) -> None:
+        connection.execute(f"SET lock_timeout = {PATIENCE_MS}")
+        connection.commit()
+
+    sa.event.listen(engine, "connect", prepare)
+    return engine
 
 
 @contextmanager
@@ -74,12 +152,11 @@ def _unavailable_when_busy() -> Iterator[None]:
         raise Unavailable("The database does not answer at the moment.") from error
 
 
-def insert_unless_there(
-    tx: Transaction, table: sa.Table, values: Mapping[str, Any] | Sequence[Mapping[str, Any]]
-) -> bool:
-    """Inserts; a row whose key exists already is left as it is. Whether anything was inserted."""
+def insert_unless_there(tx: Transaction, table: sa.Table, values: Mapping[str, Any]) -> bool:
+    """Inserts; a row whose key exists already is left as it is. Whether it was inserted."""
     insert = (postgresql if tx.dialect.name == "postgresql" else sqlite).insert(table)
-    return tx.execute(insert.on_conflict_do_nothing(), values).rowcount > 0
+    added = insert.on_conflict_do_nothing().returning(*table.primary_key.columns)
+    return tx.execute(added, values).first() is not None
 
 
 def upsert(tx: Transaction, table: sa.Table, rows: Sequence[Mapping[str, Any]]) -> None:

@@ -5,20 +5,34 @@ from datetime import datetime
 
 import sqlalchemy as sa
 
-from stillroom.store.database import Transaction
+from stillroom.store.database import Transaction, tell
+from stillroom.store.hints import Hint
 from stillroom.store.robots import Selection
 from stillroom.store.rows import EventRow, Json, MapRow, as_row, columns
 from stillroom.store.tables import event, map_, robot
 
+_LOCK = 0x57111
+"""Keeps these locks apart from others of the same database."""
+
 
 def add(tx: Transaction, of: MapRow, kind: str, data: Json, now: datetime) -> None:
+    """The last thing that a transaction does: until it ends, no other adds an event that the same people see.
+
+    So their events are committed in the order of their ids, and who has seen one has missed none before it.
+    """
+    if tx.dialect.name == "postgresql":  # on SQLite there is one writer at a time
+        owner = sa.func.coalesce(robot.c.owner, "")
+        seen_by_the_same = sa.func.pg_advisory_xact_lock(sa.func.hashtextextended(owner, _LOCK))
+        tx.execute(sa.select(seen_by_the_same).where(robot.c.id == of.robot_id))
     values = {"robot_id": of.robot_id, "map_id": of.id, "kind": kind, "data": data, "created_at": now}
     tx.execute(sa.insert(event).values(values))
+    tell(tx, Hint("changed", of.id))
 
 
-def newest(tx: Transaction) -> int:
-    """Id of the newest event, 0 where there is none."""
-    return tx.execute(sa.select(sa.func.max(event.c.id))).scalar() or 0
+def newest(tx: Transaction, visible: Selection) -> int:
+    """Id of the newest event of the robots that `visible` selects, 0 where there is none."""
+    query = sa.select(sa.func.max(event.c.id)).join(robot, robot.c.id == event.c.robot_id).where(visible)
+    return tx.execute(query).scalar() or 0
 
 
 def after(tx: Transaction, last: int, visible: Selection, map_name: str | None, limit: int) -> Sequence[EventRow]:

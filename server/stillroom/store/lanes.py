@@ -3,13 +3,14 @@
 A claimed lane is simply not ready until its lease ends, so that a worker that dies needs nobody to clean up after it.
 """
 
-import time
 from dataclasses import dataclass
 from uuid import uuid4
 
 import sqlalchemy as sa
 
-from stillroom.store.database import Database, Transaction
+from stillroom.store import clock
+from stillroom.store.database import Database, Transaction, tell
+from stillroom.store.hints import Hint
 from stillroom.store.tables import lane, mission
 
 LEASE_S = 10.0
@@ -35,28 +36,18 @@ def lock(tx: Transaction, map_id: int) -> str | None:
 def wake(tx: Transaction, map_id: int) -> None:
     """There is something to do; a lane that is claimed finds out when its worker is done. The lane must be locked."""
     idle = lane.c.map_id == map_id, lane.c.ready_at.is_(None)
-    tx.execute(sa.update(lane).where(*idle).values(ready_at=time.time()))
+    tx.execute(sa.update(lane).where(*idle).values(ready_at=clock.seconds(tx)))
+    tell(tx, Hint("work", map_id))
 
 
 def claim(database: Database) -> Claim | None:
-    """The next mission of the lane that waits longest; None where no lane is ready."""
-    now, token = time.time(), uuid4().hex
-    pick = (
-        sa.select(lane.c.map_id)
-        .where(lane.c.ready_at <= now)
-        .order_by(lane.c.ready_at)
-        .limit(1)
-        .with_for_update(skip_locked=True)
-        .scalar_subquery()
-    )
-    take = (
-        sa.update(lane)
-        .where(lane.c.map_id == pick)
-        .values(claim=token, ready_at=now + LEASE_S)
-        .returning(lane.c.map_id)
-    )
-    with database.write() as tx:
-        map_id = tx.execute(take).scalar()
+    """The next mission of the lane that waits longest; None where no lane is ready.
+
+    Not durable: where a power loss forgets the claim, the mission is simply claimed again.
+    """
+    token = uuid4().hex
+    with database.write(durable=False) as tx:
+        map_id = tx.execute(_take(tx, token)).scalar()
         if map_id is None:
             return None
         mission_id = tx.execute(_next_mission(map_id)).scalar()
@@ -76,22 +67,36 @@ def claim(database: Database) -> Claim | None:
 def renew(database: Database, held: Claim) -> None:
     """Puts the end of the lease off, as long as the claim holds."""
     mine = lane.c.map_id == held.map_id, lane.c.claim == held.token
-    with database.write() as tx:
-        tx.execute(sa.update(lane).where(*mine).values(ready_at=time.time() + LEASE_S))
+    with database.write(durable=False) as tx:
+        tx.execute(sa.update(lane).where(*mine).values(ready_at=clock.seconds(tx) + LEASE_S))
 
 
 def release(tx: Transaction, map_id: int) -> None:
     """Ends a claim: the lane is ready again where more missions wait. The lane must be locked."""
     more = tx.execute(_next_mission(map_id)).scalar() is not None
-    tx.execute(
-        sa.update(lane).where(lane.c.map_id == map_id).values(claim=None, ready_at=time.time() if more else None)
-    )
+    ready_at = clock.seconds(tx) if more else None
+    tx.execute(sa.update(lane).where(lane.c.map_id == map_id).values(claim=None, ready_at=ready_at))
 
 
 def seconds_to_next(tx: Transaction) -> float | None:
     """Until a lane becomes ready (negative: it is); None where all rest."""
-    ready_at: float | None = tx.execute(sa.select(sa.func.min(lane.c.ready_at))).scalar()
-    return None if ready_at is None else ready_at - time.time()
+    seconds: float | None = tx.execute(sa.select(sa.func.min(lane.c.ready_at) - clock.seconds(tx))).scalar()
+    return seconds
+
+
+def _take(tx: Transaction, token: str) -> sa.Executable:
+    """Claims the lane that has been ready longest, passing over those that another transaction holds."""
+    now = clock.seconds(tx)
+    pick = (
+        sa.select(lane.c.map_id)
+        .where(lane.c.ready_at <= now)
+        .order_by(lane.c.ready_at)
+        .limit(1)
+        .with_for_update(skip_locked=True)
+        .scalar_subquery()
+    )
+    values = {"claim": token, "ready_at": now + LEASE_S}
+    return sa.update(lane).where(lane.c.map_id == pick).values(values).returning(lane.c.map_id)
 
 
 def _next_mission(map_id: int) -> sa.Select[int]:

@@ -6,6 +6,7 @@ from datetime import datetime
 
 import sqlalchemy as sa
 
+from stillroom.store import clock
 from stillroom.store.database import Transaction, insert_unless_there, upsert
 from stillroom.store.rows import Json, MapRow, RoomRow, VersionHead, VersionRow, as_row, as_row_or_none, columns
 from stillroom.store.tables import lane, map_, robot, room, version
@@ -29,15 +30,16 @@ def of_robots(tx: Transaction, robot_ids: Sequence[str]) -> Sequence[MapRow]:
     return [as_row(MapRow, row) for row in tx.execute(query)]
 
 
-def get_or_add(tx: Transaction, robot_id: str, name: str, now: datetime) -> MapRow:
+def get_or_add(tx: Transaction, robot_id: str, name: str) -> MapRow:
     """The map of that name with its lane, made where there is none."""
     found = by_name(tx, robot_id, name)
     if found is not None:
         return found
-    tx.execute(sa.select(robot.c.id).where(robot.c.id == robot_id).with_for_update())
+    # One new map of a robot at a time. Rows that only refer to the robot don't wait for this (FOR NO KEY UPDATE).
+    tx.execute(sa.select(robot.c.id).where(robot.c.id == robot_id).with_for_update(key_share=True))
     taken = tx.execute(sa.select(sa.func.max(map_.c.ordinal)).where(map_.c.robot_id == robot_id)).scalar()
-    values = {"robot_id": robot_id, "name": name, "title": name, "ordinal": (taken or 0) + 1, "created_at": now}
-    insert_unless_there(tx, map_, values | {"review": "automatic", "used_ids": {}})
+    values = {"robot_id": robot_id, "name": name, "title": name, "ordinal": (taken or 0) + 1}
+    insert_unless_there(tx, map_, values | {"review": "automatic", "used_ids": {}, "created_at": clock.now(tx)})
     made = by_name(tx, robot_id, name)
     assert made is not None
     insert_unless_there(tx, lane, {"map_id": made.id})

