@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import shapely
-from shapely import Polygon
+from shapely import LineString, Polygon
 
 from stillroom.maps.geometry import as_points
 from stillroom.simulator.client import Client, Json, Refused
@@ -14,6 +14,9 @@ from stillroom.simulator.homes import Door, Home, carried
 
 _COMMON_M2 = 0.8
 """A served room is common to two true ones where it covers more than this of each."""
+_ASKEW_M = 0.3
+"""A divider this near to a doorway is meant for it."""
+_SCRAP_M2 = 0.5
 _WITHIN = 0.6
 """It is a part of a true room where more than this share of it lies there."""
 _NAMED = 0.4
@@ -29,7 +32,7 @@ def tidy_up(owner: Client, path: str, home: Home, distortion: Distortion) -> tup
     steps: list[Callable[[Json], Sequence[Json]]] = [partial(part, door, distortion, shapes) for door in home.doors]
     steps += [partial(join, name, shapes) for name in shapes]
     refused = []
-    steps.append(partial(name_rooms, shapes))
+    steps += [drop_scraps, partial(name_rooms, shapes)]
     for step in steps:
         try:
             owner.edit(path, step)
@@ -39,7 +42,7 @@ def tidy_up(owner: Client, path: str, home: Home, distortion: Distortion) -> tup
 
 
 def part(door: Door, distortion: Distortion, shapes: Shapes, document: Json) -> list[Json]:
-    """A divider in a doorway where one served room covers both sides."""
+    """A divider in a doorway where one served room covers both sides; one that is there already, but lies askew, is moved."""
     sides = [shapes[name] for name in door.rooms]
     if not any(
         all(shapely.intersection(side, room).area > _COMMON_M2 for side in sides)
@@ -47,6 +50,9 @@ def part(door: Door, distortion: Distortion, shapes: Shapes, document: Json) -> 
     ):
         return []
     line = np.round(distortion.apply(as_points(door.line)), 4).tolist()
+    near = min(_dividers(document).items(), key=lambda item: item[1].distance(LineString(line)), default=None)
+    if near is not None and near[1].distance(LineString(line)) < _ASKEW_M:
+        return [{"op": "move_divider", "id": near[0], "line": line}]
     return [{"op": "add_divider", "line": line, "kind": "door" if door.kind == "door" else "open"}]
 
 
@@ -54,6 +60,14 @@ def join(name: str, shapes: Shapes, document: Json) -> list[Json]:
     """The served rooms that a true one fell into made one."""
     parts = [key for key, room in served_rooms(document).items() if _share(room, shapes[name]) > _WITHIN]
     return [{"op": "merge_rooms", "ids": parts}] if len(parts) > 1 else []
+
+
+def drop_scraps(document: Json) -> list[Json]:
+    """Rooms that are too small to be one joined to a neighbour, by way of one of their dividers."""
+    scraps = {key for key, room in served_rooms(document).items() if room.area < _SCRAP_M2}
+    dividers = [f for f in document["features"] if f["properties"]["semantic"] == "divider"]
+    removable = {scrap: f["id"] for f in dividers for scrap in scraps & set(f["properties"]["rooms"])}
+    return [{"op": "remove_divider", "id": key} for key in sorted(set(removable.values()))]
 
 
 def name_rooms(shapes: Shapes, document: Json) -> list[Json]:
@@ -71,6 +85,11 @@ def name_rooms(shapes: Shapes, document: Json) -> list[Json]:
 def served_rooms(document: Json) -> dict[str, Polygon]:
     rooms = [feature for feature in document["features"] if feature["properties"]["semantic"] == "room"]
     return {room["id"]: Polygon(*_rings(room["geometry"]["coordinates"])) for room in rooms}
+
+
+def _dividers(document: Json) -> dict[str, LineString]:
+    dividers = [feature for feature in document["features"] if feature["properties"]["semantic"] == "divider"]
+    return {divider["id"]: LineString(divider["geometry"]["coordinates"]) for divider in dividers}
 
 
 def _rings(coordinates: list[list[list[float]]]) -> tuple[list[list[float]], list[list[list[float]]]]:
