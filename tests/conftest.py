@@ -171,7 +171,8 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    if "engine" in metafunc.fixturenames:
+    chosen = any(mark.args[0] == "engine" for mark in metafunc.definition.iter_markers("parametrize"))
+    if "engine" in metafunc.fixturenames and not chosen:
         top = metafunc.definition.path.relative_to(Path(__file__).parent).parts[0]
         metafunc.parametrize("engine", ENGINES if top in ON_BOTH_ENGINES else ENGINES[:1])
 

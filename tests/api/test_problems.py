@@ -48,6 +48,21 @@ def test_an_error_nobody_thought_of_is_a_problem_and_tells_nothing_of_the_inside
     assert "division" not in answer.text
 
 
+@pytest.mark.parametrize(
+    "path", ["/rooms/%00", "/rooms/a%00b", "/missions/%00", "/versions/%00", "/missions?cursor=%00"]
+)
+def test_characters_that_no_database_keeps_are_nobodys_name(mapped: RobotCaller, path: str) -> None:
+    assert mapped.get(mapped.path() + path).status_code in (404, 422)
+    assert mapped.get("/api/v1/events?robot=%00").status_code == 422
+    assert mapped.get("/api/v1/events?map=%00").status_code == 422
+
+
+def test_fields_that_are_kept_and_ignored_may_hold_any_text(robot: RobotCaller) -> None:
+    odd = {"note": "\x00 \U0001f916", "more": {"\x00": [10**30, -0.0, 1e300]}}
+    made = robot.upload("0", **odd)
+    assert (made.status_code, robot.upload("0", **odd).status_code) == (201, 200), made.text
+
+
 def test_a_busy_database_says_when_to_come_again(robot: RobotCaller, monkeypatch: pytest.MonkeyPatch) -> None:
     def busy(*_: object) -> None:
         raise errors.Unavailable("The database does not answer at the moment.")

@@ -178,6 +178,36 @@ def test_workers_end_with_the_service_however_it_dies(settings: Settings, token:
         eventually(lambda: not any(Path(f"/proc/{pid}").exists() for pid in workers), "the workers are gone")
 
 
+def follow(running: Running, last: int) -> Iterator[tuple[str, dict[str, object]]]:
+    """Kind and content of each event after `last`; the stream must not have to be kept alive before the next one comes."""
+    with running.http.stream("GET", "/api/v1/events", headers={"Last-Event-ID": str(last)}) as stream:
+        kind = ""
+        for line in stream.iter_lines():
+            assert line != ": still here", "nobody told the stream; it looked by itself"
+            if line.startswith("event: "):
+                kind = line.removeprefix("event: ")
+            if line.startswith("data: "):
+                yield kind, json.loads(line.removeprefix("data: "))
+
+
+@pytest.mark.parametrize("engine", ["postgresql"])
+def test_processes_that_share_a_postgresql_hear_of_each_other(settings: Settings, token: str) -> None:
+    with (
+        serving(settings, workers=0, token=token) as first,
+        serving(settings, workers=1, token=token) as second,
+        ThreadPoolExecutor(1) as pool,
+    ):
+        events = follow(second, last=0)
+        heard = pool.submit(lambda: [next(events), next(events)])
+        uploaded = first.upload(0, "wait=60")
+        assert (uploaded.status_code, uploaded.json()["outcome"]) == (201, "created")
+        assert [(kind, event["version"]) for kind, event in heard.result()] == [("version", 1), ("mission", 1)]
+        events.close()  # type: ignore[attr-defined]
+        assert first.upload(1).status_code == 202
+        assert second.upload(1, "wait=60").json()["outcome"] == "updated"
+        assert versions(first) == versions(second) == [2, 1]
+
+
 def test_serve_prints_a_link_that_signs_in(settings: Settings, token: str) -> None:
     with serving(settings, workers=0, token=token) as running:
         assert running.process.stdout is not None

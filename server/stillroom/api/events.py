@@ -14,6 +14,7 @@ from stillroom.service.accounts import Principal
 from stillroom.service.events import events_after, newest_event
 
 KEEP_ALIVE_S = 15.0
+NAME = r"^[^\x00-\x1f\x7f]{1,64}$"
 router = APIRouter()
 
 
@@ -25,8 +26,8 @@ router = APIRouter()
 async def follow(
     service: Service,
     who: Caller,
-    robot: Annotated[str | None, Query(max_length=64)] = None,
-    map_name: Annotated[str | None, Query(alias="map", max_length=64)] = None,
+    robot: Annotated[str | None, Query(pattern=NAME)] = None,
+    map_name: Annotated[str | None, Query(alias="map", pattern=NAME)] = None,
     last_event_id: Annotated[str | None, Header()] = None,
 ) -> StreamingResponse:
     """What happens to the maps that the caller may see, from now on or after Last-Event-ID."""

@@ -9,6 +9,7 @@ from starlette.responses import Response
 from stillroom.api.context import (
     PNG_RESPONSE,
     Caller,
+    FeatureId,
     Limit,
     MapName,
     NumberCursor,
@@ -112,7 +113,7 @@ def edit_map(
 
 
 @router.get("/rooms/{room}", response_model=RoomFeature | api.RetiredRoom, dependencies=_READ)
-def show_room(service: Service, robot: RobotId, map_name: MapName, room: str) -> Response:
+def show_room(service: Service, robot: RobotId, map_name: MapName, room: FeatureId) -> Response:
     """The room, or where its space went, for any id that ever was."""
     return document(maps.find_room(service.database, robot, map_name, room))
 
