@@ -5,16 +5,14 @@ import json
 import os
 import secrets
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-from stillroom import __version__, logs
+from stillroom import __version__, file_commands, logs
+from stillroom.arguments import Command, add_command, count, positive
 from stillroom.settings import Settings
-
-Command = Callable[[argparse.Namespace], int]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -38,78 +36,42 @@ def parser() -> argparse.ArgumentParser:
     commands = top.add_subparsers(required=True, metavar="COMMAND")
     _add_service(commands)
     _add_people(commands)
-    _add_upload(commands)
+    file_commands.add_commands(commands)
     _add_simulation(commands)
     return top
 
 
-def _add(commands: Any, name: str, command: Command, help_: str) -> argparse.ArgumentParser:
-    added: argparse.ArgumentParser = commands.add_parser(name, help=help_, description=help_)
-    added.set_defaults(command=command)
-    return added
-
-
 def _add_service(commands: Any) -> None:
-    serve = _add(commands, "serve", _serve, "Run the service: API, web app and workers.")
+    serve = add_command(commands, "serve", _serve, "Run the service: API, web app and workers.")
     serve.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s)")
     serve.add_argument("--port", type=int, default=8000, help="(default: %(default)s)")
-    serve.add_argument("--workers", type=_count, help="processes that process missions (default: one a core)")
-    _add(commands, "migrate", _migrate, "Bring the database to the newest schema.")
-    _add(commands, "openapi", _openapi, "Print the API's schema; needs no database.")
+    serve.add_argument("--workers", type=count, help="processes that process missions (default: one a core)")
+    add_command(commands, "migrate", _migrate, "Bring the database to the newest schema.")
+    add_command(commands, "openapi", _openapi, "Print the API's schema; needs no database.")
 
 
 def _add_people(commands: Any) -> None:
     group = commands.add_parser("robots", help="Register robots.", description="Register robots.")
     robots = group.add_subparsers(required=True, metavar="COMMAND")
-    add = _add(robots, "add", _add_robot, "Register a robot and print its token, this once.")
+    add = add_command(robots, "add", _add_robot, "Register a robot and print its token, this once.")
     add.add_argument("id")
     add.add_argument("--name", help="what people call it (default: its id)")
     add.add_argument("--owner", metavar="EMAIL", help="whose it is (default: nobody's yet; operators look after it)")
-    link = _add(commands, "login-link", _login_link, "Print a link that signs a browser in, once, within 24 hours.")
+    link = add_command(
+        commands, "login-link", _login_link, "Print a link that signs a browser in, once, within 24 hours."
+    )
     link.add_argument("--owner", metavar="EMAIL", help="sign in as this owner (default: as an operator)")
     link.add_argument("--url", default="http://127.0.0.1:8000", help="where the service is (default: %(default)s)")
 
 
-def _add_upload(commands: Any) -> None:
-    upload = _add(
-        commands,
-        "upload",
-        _upload,
-        "Upload maps as a robot's missions, in the given order: PNG or PGM images, or the YAML files of ROS map_server.",
-    )
-    upload.add_argument("files", nargs="+", type=Path, metavar="FILE")
-    upload.add_argument("--robot", required=True, metavar="ID")
-    upload.add_argument("--map", required=True, metavar="NAME", help="the robot's name of the floor")
-    upload.add_argument(
-        "--url",
-        default=os.environ.get("STILLROOM_URL", "http://127.0.0.1:8000"),
-        help="where the service is (default: STILLROOM_URL, else %(default)s)",
-    )
-    upload.add_argument(
-        "--token",
-        default=os.environ.get("STILLROOM_TOKEN"),
-        help="the robot's token (default: STILLROOM_TOKEN, which keeps it out of the list of processes)",
-    )
-    upload.add_argument(
-        "--sequence", type=_count, default=0, help="of the first file; counts up (default: %(default)s)"
-    )
-    upload.add_argument("--epoch", type=_count, help="counted up after the robot was reset")
-    upload.add_argument("--resolution", type=float, metavar="M", help="metres a cell")
-    upload.add_argument(
-        "--origin", type=float, nargs=3, metavar=("X", "Y", "YAW"), help="pose of the lower-left cell's outer corner"
-    )
-    upload.add_argument("--base-version", type=_count, metavar="N", help="the version that --transform starts from")
-    upload.add_argument(
-        "--transform", type=float, nargs=3, metavar=("X", "Y", "YAW"), help="motion of the map since --base-version"
-    )
-
-
 def _add_simulation(commands: Any) -> None:
-    demo = _add(commands, "demo", _demo, "Run the service with simulated homes whose robots upload missions to it.")
+    demo = add_command(
+        commands, "demo", _demo, "Run the service with simulated homes whose robots upload missions to it."
+    )
     demo.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s)")
     demo.add_argument("--port", type=int, default=8000, help="(default: %(default)s)")
-    demo.add_argument("--workers", type=_count, help="processes that process missions (default: one a core)")
-    simulate = _add(
+    demo.add_argument("--workers", type=count, help="processes that process missions (default: one a core)")
+    simulate = add_command(
         commands,
         "simulate",
         _simulate,
@@ -126,28 +88,21 @@ def _add_simulation(commands: Any) -> None:
         help="an operator's (default: STILLROOM_ADMIN_TOKEN, which keeps it out of the list of processes)",
     )
     for command in (demo, simulate):
-        command.add_argument("--homes", type=_count, default=3, metavar="N", help="(default: %(default)s)")
+        command.add_argument("--homes", type=count, default=3, metavar="N", help="(default: %(default)s)")
         command.add_argument(
             "--every",
-            type=_positive,
+            type=positive,
             default=5.0,
             metavar="SECONDS",
             help="from one mission of a robot to its next (default: %(default)s)",
         )
-    simulate.add_argument("--missions", type=_count, metavar="N", help="of each robot (default: until it is stopped)")
-    simulate.add_argument("--seed", type=_count, default=1, help="of homes and robots (default: %(default)s)")
+    simulate.add_argument("--missions", type=count, metavar="N", help="of each robot (default: until it is stopped)")
+    simulate.add_argument("--seed", type=count, default=1, help="of homes and robots (default: %(default)s)")
     simulate.add_argument(
-        "--resolution", type=_positive, default=0.05, metavar="M", help="metres a cell (default: %(default)s)"
+        "--resolution", type=positive, default=0.05, metavar="M", help="metres a cell (default: %(default)s)"
     )
     simulate.add_argument("--score", action="store_true", help="tell how well each map fits its home")
     simulate.add_argument("--quiet", action="store_true", help="tell only what goes wrong")
-
-
-def _count(text: str) -> int:
-    number = int(text)
-    if number < 0:
-        raise argparse.ArgumentTypeError("must not be negative")
-    return number
 
 
 def _serve(options: argparse.Namespace) -> int:
@@ -156,13 +111,6 @@ def _serve(options: argparse.Namespace) -> int:
     workers = default_workers() if options.workers is None else options.workers
     serve(Settings.from_environment(), options.host, options.port, workers)
     return 0
-
-
-def _positive(text: str) -> float:
-    number = float(text)
-    if not 0 < number < float("inf"):
-        raise argparse.ArgumentTypeError("must be more than 0")
-    return number
 
 
 def _demo(options: argparse.Namespace) -> int:
@@ -257,49 +205,8 @@ def _login_link(options: argparse.Namespace) -> int:
     return 0
 
 
-def _upload(options: argparse.Namespace) -> int:
-    """0: all taken; 1: one was refused or could not be sent, and those after it were not tried; 2: not all were taken."""
-    import httpx2
-
-    from stillroom.uploading import WAIT_S, Upload, UploadFailed, upload_file
-
-    if not options.token:
-        print("stillroom: give --token or STILLROOM_TOKEN", file=sys.stderr)
-        return 1
-    upload = Upload(options.url.rstrip("/"), options.token, options.robot, options.map, _meta(options))
-    all_taken = True
-    with httpx2.Client(timeout=WAIT_S + 30) as client:
-        for index, file in enumerate(options.files):
-            place = f"[{index + 1}/{len(options.files)}] {file.name}: "
-            try:
-                mission = upload_file(upload, file, options.sequence + index, client, partial(_progress, place))
-            except UploadFailed as error:
-                print(f"stillroom: {error}", file=sys.stderr)
-                return 1
-            print(place + _told(mission), flush=True)
-            all_taken &= mission["outcome"] in ("created", "updated", "resolved")
-    return 0 if all_taken else 2
-
-
 def _progress(place: str, text: str) -> None:
     print(place + text, file=sys.stderr)
-
-
-def _meta(options: argparse.Namespace) -> dict[str, Any]:
-    given = {
-        "resolution": options.resolution,
-        "origin": options.origin,
-        "epoch": options.epoch,
-        "base_version": options.base_version,
-        "tracking": None if options.transform is None else {"transform": options.transform},
-    }
-    return {name: value for name, value in given.items() if value is not None}
-
-
-def _told(mission: dict[str, Any]) -> str:
-    if mission["status"] != "done":
-        return f"mission {mission['id']} is {mission['status']}"
-    return f"mission {mission['id']} {mission['outcome']}, version {mission['version']}. {mission['reason']}"
 
 
 if __name__ == "__main__":

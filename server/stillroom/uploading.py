@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import httpx2
-import yaml
+
+from stillroom.documents.files import MapFile, in_words, open_map
+from stillroom.errors import InvalidInput
 
 ATTEMPTS = 6
 WAIT_S = 60
-MEDIA_TYPES = {".png": "image/png", ".pgm": "image/x-portable-graymap"}
 
 
 class UploadFailed(Exception):
@@ -27,15 +28,15 @@ class Upload:
     robot: str
     map_name: str
     meta: dict[str, Any]
-    """Fields of `meta` that were given; what they leave open comes from a map_server YAML file beside the image."""
+    """Fields of `meta` that were given; what they leave open comes from the file or the YAML file beside it."""
 
 
 def upload_file(
     upload: Upload, file: Path, sequence: int, client: httpx2.Client, told: Callable[[str], None]
 ) -> dict[str, Any]:
     """The mission as the service answered. Raises UploadFailed."""
-    grid, meta = read_mission(file, sequence, upload.meta)
-    mission = _mission_id(grid)
+    sent, meta = read_mission(file, sequence, upload.meta)
+    mission = _mission_id(sent.path)
     target = f"{upload.url}/api/v1/robots/{upload.robot}/maps/{upload.map_name}/missions/{mission}"
     request = client.build_request(
         "PUT",
@@ -43,49 +44,29 @@ def upload_file(
         headers={"Authorization": f"Bearer {upload.token}", "Prefer": f"wait={WAIT_S}"},
         files={
             "meta": ("meta.json", json.dumps(meta), "application/json"),
-            "grid": (grid.name, grid.read_bytes(), MEDIA_TYPES[grid.suffix.lower()]),
+            "grid": (sent.path.name, sent.content, sent.media_type),
         },
     )
     response = send(client, request, told)
     if response.status_code not in (200, 201, 202):
-        raise UploadFailed(f"{file}: {_explain(response)}")
+        raise UploadFailed(f"{file}: {explain(response)}")
     answer: dict[str, Any] = response.json()
+    if not sent.is_image and answer["outcome"] not in (None, "created"):
+        told("the map has rooms and restrictions of its own; those in the file were not taken")
     return answer
 
 
-def read_mission(file: Path, sequence: int, given: dict[str, Any]) -> tuple[Path, dict[str, Any]]:
-    """The image, and its meta: what was given wins over the YAML file. Raises UploadFailed."""
-    described = file if file.suffix.lower() in (".yaml", ".yml") else _beside(file)
-    said: dict[str, Any] = {}
-    image = file
-    if described is not None:
-        said, image = _read_yaml(described)
-        image = image if described == file else file
-    if image.suffix.lower() not in MEDIA_TYPES:
-        raise UploadFailed(f"{image}: only PNG and PGM images are read")
-    if not image.is_file():
-        raise UploadFailed(f"{image}: there is no such file")
-    meta = {"sequence": sequence} | said | given
-    missing = [name for name in ("resolution", "origin") if name not in meta]
+def read_mission(file: Path, sequence: int, given: dict[str, Any]) -> tuple[MapFile, dict[str, Any]]:
+    """The grid, and its meta: what was given wins over the file. Raises UploadFailed."""
+    try:
+        opened = open_map(file)
+    except InvalidInput as error:
+        raise UploadFailed(f"{file}: {in_words(error)}") from None
+    meta = {"sequence": sequence} | opened.meta | given
+    missing = [name for name in ("resolution", "origin") if opened.is_image and name not in meta]
     if missing:
         raise UploadFailed(f"{file}: give --{' and --'.join(missing)}, or put a map_server YAML file beside it")
-    return image, meta
-
-
-def _beside(image: Path) -> Path | None:
-    return next((path for suffix in (".yaml", ".yml") if (path := image.with_suffix(suffix)).is_file()), None)
-
-
-def _read_yaml(file: Path) -> tuple[dict[str, Any], Path]:
-    """The fields of a map_server file that `meta` has, and the image that it names."""
-    try:
-        document = yaml.safe_load(file.read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise UploadFailed(f"{file}: {error}") from None
-    if not isinstance(document, dict) or not isinstance(document.get("image"), str):
-        raise UploadFailed(f"{file}: not a map_server file (it names no image)")
-    fields = ("resolution", "origin", "mode", "negate", "occupied_thresh", "free_thresh")
-    return {name: document[name] for name in fields if name in document}, file.parent / document["image"]
+    return opened, meta
 
 
 def _mission_id(image: Path) -> str:
@@ -104,7 +85,7 @@ def send(client: httpx2.Client, request: httpx2.Request, told: Callable[[str], N
         else:
             if response.status_code not in (429, 503):
                 return response
-            problem, pause = _explain(response), _retry_after(response) or _pause(attempt)
+            problem, pause = explain(response), _retry_after(response) or _pause(attempt)
         if attempt < ATTEMPTS:
             told(f"{problem}; trying again in {pause:.0f} s")
             time.sleep(pause)
@@ -120,7 +101,8 @@ def _retry_after(response: httpx2.Response) -> float | None:
     return min(float(said), 60.0) if said.isdecimal() else None
 
 
-def _explain(response: httpx2.Response) -> str:
+def explain(response: httpx2.Response) -> str:
+    """What a refusal says."""
     try:
         problem = response.json()
         faults = "".join(f"\n  {fault['pointer']}: {fault['detail']}" for fault in problem.get("errors", []))

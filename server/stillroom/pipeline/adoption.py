@@ -79,7 +79,7 @@ def create_map_from_segments(
     """
     obstacles = separate_clutter(grid, params)
     floor = outline(obstacles.floor, grid.frame, params, smallest_m2=params.pocket_area_m2)
-    inside = _inside(floor, grid.frame)
+    inside = cells_in(floor.geoms, grid.frame)
     filled = _fill(labels, inside, grid.frame.resolution, params)
     lines = _dividers(floor, inside, filled, grid.frame, params)
     polygons = partition(floor, lines, params.face_area_m2)
@@ -101,22 +101,25 @@ def create_map_from_segments(
 # -- cells ---------------------------------------------------------------------------------------------------------
 
 
-def _inside(floor: MultiPolygon, frame: GridFrame) -> Mask:
-    """The cells whose centre lies in `floor`; exactly so, because a wall may be one cell thick."""
+def cells_in(polygons: Sequence[Polygon], frame: GridFrame) -> Mask:
+    """The cells whose centre lies in one of the polygons; exactly so, because a wall may be one cell thick."""
     image = np.zeros((frame.height, frame.width), np.uint8)
-    rings = [
-        np.round(frame.to_cells(shapely.get_coordinates(ring)) - 0.5).astype(np.int32)
-        for ring in shapely.get_rings(shapely.get_parts(floor))
-    ]
-    if not rings:
+    if not polygons:
         return image > 0
+    shape = MultiPolygon(list(polygons))
+    rings = [_indices(shapely.get_coordinates(ring), frame) for ring in shapely.get_rings(shapely.get_parts(shape))]
     cv2.fillPoly(image, rings, 1)
     edge = np.zeros_like(image)
     cv2.polylines(edge, rings, True, 1, thickness=3)
     rows, columns = np.nonzero(edge)
-    shapely.prepare(floor)
-    image[rows, columns] = shapely.contains_xy(floor, frame.to_map(as_points(np.stack([columns, rows], 1)) + 0.5))
+    shapely.prepare(shape)
+    image[rows, columns] = shapely.contains_xy(shape, frame.to_map(as_points(np.stack([columns, rows], 1)) + 0.5))
     return image > 0
+
+
+def _indices(points: Points, frame: GridFrame) -> npt.NDArray[np.int32]:
+    """The cells, (column, row), nearest to points of the map frame."""
+    return np.round(frame.to_cells(points) - 0.5).astype(np.int32)
 
 
 def _fill(labels: Labels, inside: Mask, resolution: float, params: Params) -> Labels:
@@ -293,13 +296,11 @@ def _label_of(polygons: Sequence[Polygon], labels: Labels, frame: GridFrame) -> 
     """The label that fills most of each polygon."""
     found = []
     for polygon in polygons:
-        ring = np.round(frame.to_cells(shapely.get_coordinates(polygon.exterior)) - 0.5).astype(np.int32)
-        (x0, y0), (x1, y1) = np.maximum(ring.min(0), 0).tolist(), (ring.max(0) + 1).tolist()
-        mask = np.zeros((y1 - y0, x1 - x0), np.uint8)
-        holes = [np.round(frame.to_cells(shapely.get_coordinates(h)) - 0.5).astype(np.int32) for h in polygon.interiors]
-        cv2.fillPoly(mask, [part - (x0, y0) for part in (ring, *holes)], 1)
+        rings = [_indices(shapely.get_coordinates(ring), frame) for ring in shapely.get_rings(polygon)]
+        (x0, y0), (x1, y1) = np.maximum(rings[0].min(0), 0).tolist(), (rings[0].max(0) + 1).tolist()
         seen = labels[y0:y1, x0:x1]
-        mask = mask[: seen.shape[0], : seen.shape[1]]
+        mask = np.zeros(seen.shape, np.uint8)
+        cv2.fillPoly(mask, [ring - (x0, y0) for ring in rings], 1)
         found.append(int(np.bincount(seen[(mask > 0) & (seen > 0)], minlength=1).argmax()))
     return found
 

@@ -68,16 +68,16 @@ def map_segments(database: Database, robot_id: str, map_name: str) -> list[api.S
 def version_grid(database: Database, grids: GridStore, robot_id: str, map_name: str, number: int) -> bytes:
     """The occupancy pixels under a version, as PNG. Raises NotFound."""
     of, row = find_version(database, robot_id, map_name, number)
-    return as_png(grids.get(row.grid), _reading(database, of, row))
+    return as_png(grids.get(row.grid), reading_of(database, of, row))
 
 
 def version_cells(database: Database, grids: GridStore, robot_id: str, map_name: str, number: int) -> bytes:
     """What the pixels under a version mean, as PNG. Raises NotFound."""
     of, row = find_version(database, robot_id, map_name, number)
-    return cells_as_png(grids.get(row.grid), _reading(database, of, row))
+    return cells_as_png(grids.get(row.grid), reading_of(database, of, row))
 
 
-def _reading(database: Database, of: MapRow, row: VersionHead) -> Reading:
+def reading_of(database: Database, of: MapRow, row: VersionHead) -> Reading:
     """How the mission that brought a version's grid said it is to be read."""
     with database.read() as tx:
         mission = None if row.mission is None else missions.by_key(tx, of.id, row.mission)
