@@ -72,7 +72,7 @@ def _draw_spaces(rng: Generator, room_count: int) -> list[Space]:
     length = max(sum(row) for row in widths)
     if rng.random() < 0.6:
         widths = [[w * length / sum(row) for w in row] for row in widths]
-    south, hall, north = rng.uniform(2.9, 4.2), rng.uniform(1.1, 1.6), rng.uniform(2.9, 4.2)
+    south, hall, north = rng.uniform(2.9, 4.2), rng.uniform(1.3, 1.7), rng.uniform(2.9, 4.2)
     spaces = _row(rng, rows[0], widths[0], length, 0.0, south)
     spaces += _row(rng, rows[1], widths[1], length, south + hall, south + hall + north)
     if with_ensuite:
