@@ -12,7 +12,7 @@ import shapely
 from shapely import LineString, MultiLineString
 
 from stillroom.maps.geometry import Points
-from stillroom.maps.grid import OccupancyGrid, distance_to, look_up
+from stillroom.maps.grid import OccupancyGrid, look_up
 from stillroom.maps.meta import MetaDivider
 from stillroom.maps.semantics import Divider, SemanticMap, Wall
 
@@ -41,7 +41,7 @@ def violations(semantic_map: SemanticMap, grid: OccupancyGrid, wall_reach_m: flo
 
 
 def clutter_lies_on_occupancy(semantic_map: SemanticMap, grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:
-    distance = distance_to(grid.occupied, grid.frame.resolution)
+    distance = grid.occupied_distance
     for clutter in semantic_map.clutter:
         gap = float(_at(distance, shapely.get_coordinates(clutter.polygon), grid).max())
         if gap > 2 * grid.frame.resolution:
@@ -49,7 +49,7 @@ def clutter_lies_on_occupancy(semantic_map: SemanticMap, grid: OccupancyGrid, _r
 
 
 def walls_lie_near_occupancy(semantic_map: SemanticMap, grid: OccupancyGrid, reach_m: float) -> Iterator[Violation]:
-    distance = distance_to(grid.occupied, grid.frame.resolution)
+    distance = grid.occupied_distance
     for wall in semantic_map.walls:
         if wall.kind == "wall":
             samples = shapely.get_coordinates(shapely.segmentize(LineString(wall.line), SAMPLE_M))

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from typing import TypeVar
 
 import cv2
@@ -61,17 +62,22 @@ class OccupancyGrid:
             raise ValueError(f"cells of shape {self.cells.shape} and type {self.cells.dtype} don't fit the frame")
         self.cells.setflags(write=False)
 
-    @property
+    @cached_property
     def free(self) -> Mask:
         return np.equal(self.cells, Cell.FREE)
 
-    @property
+    @cached_property
     def occupied(self) -> Mask:
         return np.equal(self.cells, Cell.OCCUPIED)
 
-    @property
+    @cached_property
     def unexplored(self) -> Mask:
         return np.equal(self.cells, Cell.UNEXPLORED)
+
+    @cached_property
+    def occupied_distance(self) -> npt.NDArray[np.float32]:
+        """Metres from each cell's centre to the nearest occupied cell's; infinite where there is none."""
+        return distance_to(self.occupied, self.frame.resolution)
 
 
 def distance_to(mask: Mask, resolution: float) -> npt.NDArray[np.float32]:

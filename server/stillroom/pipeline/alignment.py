@@ -19,7 +19,7 @@ from stillroom.pipeline.params import Params
 Numbers = npt.NDArray[np.float64]
 
 SAMPLE_M = 0.10
-ROUNDS = 6
+ROUNDS = 5
 FINAL_REACH_M = 0.15
 NEIGHBOURHOOD_M = 1.0
 """Walls at this distance have 60 % of the say of those close by."""

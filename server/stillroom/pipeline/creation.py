@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from stillroom.maps.geometry import Line
-from stillroom.maps.grid import OccupancyGrid, distance_to
+from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.rooms import new_rooms, partition, rooms_beside
@@ -29,7 +29,7 @@ def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = 
         frame=grid.frame,
         rooms=rooms,
         dividers=dividers,
-        walls=wall_features(floor, distance_to(grid.occupied, grid.frame.resolution), grid.frame, version[1:], params),
+        walls=wall_features(floor, grid.occupied_distance, grid.frame, version[1:], params),
         clutter=clutter_features(obstacles.clutter, grid.frame, version[1:], params),
         ids=ids,
     )

@@ -12,6 +12,7 @@ from stillroom.maps.geometry import GRID_M, Line, Points, as_line, as_points
 TOUCH_M = 0.002
 SHORTEST_M = 0.10
 """A divider that would be shorter than this divides nothing."""
+STATIONS = np.linspace(0.02, 0.98, 33)
 THICKEST_WALL_M = 0.6
 ACROSS = 0.5
 """Cosine of the smallest angle between a divider and the face of a doorpost."""
@@ -65,7 +66,8 @@ def attach(
         else:
             return Adrift(end, gap)
     placed = as_line(_on_grid(moved, barriers))
-    on_floor = shapely.length(shapely.intersection(LineString(placed), shapely.buffer(floor, -TOUCH_M)))
+    within = as_points(placed)[0] + STATIONS[:, None] * (as_points(placed)[1] - as_points(placed)[0])
+    on_floor = shapely.contains_xy(floor, within).mean() * np.hypot(*(moved[1] - moved[0]))
     if (moved[1] - moved[0]) @ along < SHORTEST_M or on_floor < SHORTEST_M:
         return Adrift(1, 0.0)
     return Attached(placed)

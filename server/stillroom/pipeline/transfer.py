@@ -14,7 +14,7 @@ import shapely
 from shapely import MultiPolygon, Polygon
 
 from stillroom.maps.geometry import Line, Point, Points, as_line, as_points, as_tuples, polygons_in
-from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid, distance_to, look_up
+from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid, look_up
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
 from stillroom.pipeline.dividers import Adrift, attach, centre
@@ -31,6 +31,8 @@ from stillroom.pipeline.walls import (
 
 SUBPIXEL = 4
 """Binary digits that OpenCV keeps of a coordinate when it draws."""
+RESTS_M = 0.05
+"""An end nearer than this to another divider lies on it."""
 SEEN_SHARE = 0.5
 """A room counts as visited where this share of it is explored."""
 NEW_SHARE = 0.3
@@ -104,7 +106,7 @@ def transfer_semantics(tracked: SemanticMap, grid: OccupancyGrid, mission_id: st
         dividers=tuple(
             replace(d, rooms=tuple(rooms[i].id for i in sides)) for d, sides in zip(dividers, beside, strict=True)
         ),
-        walls=wall_features(floor, distance_to(grid.occupied, grid.frame.resolution), grid.frame, version[1:], params),
+        walls=wall_features(floor, grid.occupied_distance, grid.frame, version[1:], params),
         clutter=clutter_features(obstacles.clutter, grid.frame, version[1:], params),
         ids=ids,
     )
@@ -264,17 +266,16 @@ def _attach_dividers(
     dividers: Sequence[Divider], floor: MultiPolygon, params: Params
 ) -> tuple[tuple[Divider, ...], tuple[str, ...]]:
     """Dividers with their ends on the new walls, and the ids of those that find none. Those that end on others come after these."""
-    lines = {d.id: d.line for d in dividers}
     placed: dict[str, Divider] = {}
     lost: list[str] = []
     waiting = [d.id for d in dividers]
-    resting = {d: [o for o in waiting if o != d and _rests_on(lines[d], lines[o])] for d in waiting}
+    resting = _resting(dividers)
     by_id = {d.id: d for d in dividers}
     while waiting:
         now = next((d for d in waiting if not any(o in waiting for o in resting[d])), waiting[0])
         waiting.remove(now)
         others = [placed[o].line for o in placed]
-        found = attach(lines[now], floor, others, params.transfer_reach_m, tracked=True)
+        found = attach(by_id[now].line, floor, others, params.transfer_reach_m, tracked=True)
         if isinstance(found, Adrift):
             lost.append(now)
         else:
@@ -282,20 +283,27 @@ def _attach_dividers(
     return tuple(placed[d.id] for d in dividers if d.id in placed), tuple(lost)
 
 
-def _rests_on(line: Line, other: Line) -> bool:
-    """Whether an end of `line` lies on `other`."""
-    return bool((shapely.distance(shapely.points(as_points(line)), shapely.LineString(other)) < 0.05).any())
+def _resting(dividers: Sequence[Divider]) -> dict[str, list[str]]:
+    """For each divider those on which one of its ends lies."""
+    if not dividers:
+        return {}
+    ends = shapely.points(np.array([d.line for d in dividers]))
+    gaps = shapely.distance(ends[..., None], shapely.linestrings(np.array([d.line for d in dividers]))).min(1)
+    np.fill_diagonal(gaps, np.inf)
+    return {d.id: [dividers[j].id for j in np.flatnonzero(gaps[i] < RESTS_M).tolist()] for i, d in enumerate(dividers)}
 
 
 def _visited(tracked: SemanticMap, grid: OccupancyGrid) -> frozenset[str]:
-    explored = ~grid.unexplored
-    seen = set()
-    for room in tracked.rooms:
-        cells = _filled([room.polygon], grid.frame)
-        expected = room.polygon.area / grid.frame.resolution**2
-        if (cells & explored).sum() >= SEEN_SHARE * expected:
-            seen.add(room.id)
-    return frozenset(seen)
+    """Rooms that are explored for the most part."""
+    drawn = np.zeros(grid.cells.shape, np.uint16)
+    for number, room in enumerate(tracked.rooms, 1):
+        cv2.fillPoly(
+            drawn, [_drawn(shapely.get_coordinates(room.polygon.exterior), grid.frame)], number, shift=SUBPIXEL
+        )
+    seen = np.bincount(drawn[~grid.unexplored], minlength=len(tracked.rooms) + 1) * grid.frame.resolution**2
+    return frozenset(
+        room.id for number, room in enumerate(tracked.rooms, 1) if seen[number] >= SEEN_SHARE * room.polygon.area
+    )
 
 
 def _identify(

@@ -93,6 +93,8 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
     shells: dict[int, list[Polygon]] = {}
     holes: dict[int, list[Polygon]] = {}
     for i, contour in enumerate(contours):
+        if parents[i] >= 0 and cv2.contourArea(contour) * frame.resolution**2 < params.pillar_area_m2:
+            continue
         rings = _ring(contour.reshape(-1, 2).astype(np.int32), tolerance, hole=parents[i] >= 0)
         if parents[i] < 0:
             shells[i] = rings
