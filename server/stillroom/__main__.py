@@ -87,6 +87,7 @@ def _add_simulation(commands: Any) -> None:
         default=os.environ.get("STILLROOM_ADMIN_TOKEN"),
         help="an operator's (default: STILLROOM_ADMIN_TOKEN, which keeps it out of the list of processes)",
     )
+    add_command(commands, "bench", _bench, "Measure the pipeline's stages, an upload over HTTP, and uploads a second.")
     for command in (demo, simulate):
         command.add_argument("--homes", type=count, default=3, metavar="N", help="(default: %(default)s)")
         command.add_argument(
@@ -151,6 +152,13 @@ def _simulate(options: argparse.Namespace) -> int:
     except (Refused, UploadFailed) as error:
         print(f"stillroom: {error}", file=sys.stderr)
         return 1
+    return 0
+
+
+def _bench(_options: argparse.Namespace) -> int:
+    from stillroom.simulator.benchmark import Bench, bench
+
+    bench(Bench(), partial(print, flush=True))
     return 0
 
 

@@ -117,6 +117,8 @@ class Workers:
                 process.kill()
 
     def _start(self) -> SpawnProcess:
+        # there is a worker for every core: the linear algebra of one must not spread over those of the others
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         process = multiprocessing.get_context("spawn").Process(target=run_worker, args=self._arguments, daemon=True)
         process.start()
         return process
