@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 # Vite needs npm 11; Node 20 may come with npm 10
-NPM := $(shell case "$$(npm --version 2>/dev/null)" in [1-9].*|10.*) echo 'npx --yes npm@11';; *) echo npm;; esac)
+NPM := $(if $(shell npm --version 2>/dev/null | grep -E '^([1-9]|10)[.]'),npx --yes npm@11,npm)
 WEB_SOURCES := $(shell git ls-files web 2>/dev/null || find web -type f -not -path '*/node_modules/*')
 PORT ?= 8000
 
