@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -12,8 +13,9 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 
-from stillroom.store import migrate
+from stillroom.store import maps, migrate, missions, robots
 from stillroom.store.database import Database
+from stillroom.store.rows import RobotRow
 from stillroom.store.tables import metadata
 from tests import postgresql
 
@@ -58,6 +60,26 @@ def test_every_migration_can_be_undone_and_done_again(empty: Database) -> None:
         command.downgrade(migrate.config(tx), "base")
         assert set(sa.inspect(tx).get_table_names()) <= {"alembic_version", "sqlite_sequence"}
     migrate.migrate(empty)
+
+
+def test_what_is_stored_survives_a_migration_down_and_up_again(empty: Database) -> None:
+    now = datetime(2026, 11, 22, 8, tzinfo=UTC)
+    migrate.migrate(empty)
+    with empty.write() as tx:
+        robots.add(tx, RobotRow("RB-1", "Hall", None, now), "hash", "")
+        of = maps.get_or_add(tx, "RB-1", "ground")
+        parked = missions.add(tx, missions.NewMission(of.id, "1", 0, 1, "0" * 64, {}, "1" * 64), now)
+        placed = missions.NewMission(of.id, "1~ground", 0, 1, "0" * 64, {}, "1" * 64, parked, "operator")
+        missions.add(tx, placed, now)
+        before = tx.execute(sa.text("SELECT id, map_id, key, meta_digest FROM mission ORDER BY id")).all()
+    with empty.write() as tx:
+        command.downgrade(migrate.config(tx), "0001")
+    migrate.migrate(empty)
+    with empty.read() as tx:
+        assert tx.execute(sa.text("SELECT id, map_id, key, meta_digest FROM mission ORDER BY id")).all() == before
+        assert maps.by_name(tx, "RB-1", "ground") == of
+        with_keys = sa.inspect(tx).get_unique_constraints("mission")
+    assert [unique["column_names"] for unique in with_keys] == [["map_id", "key"]]
 
 
 def test_servers_that_start_at_once_migrate_once(new_url: str) -> None:

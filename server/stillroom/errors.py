@@ -69,6 +69,18 @@ class MissionConflict(StillroomError):
     title = "Another mission has this id"
 
 
+class AlreadyDecided(StillroomError):
+    """Somebody has decided otherwise before; `decided_by` and `decided_at` say who and when."""
+
+    slug = "already-decided"
+    title = "It was decided already"
+
+
+class NotParked(StillroomError):
+    slug = "not-parked"
+    title = "The mission is not parked"
+
+
 class PreconditionRequired(StillroomError):
     slug = "precondition-required"
     title = "If-Match is required"

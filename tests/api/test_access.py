@@ -21,6 +21,7 @@ OWN = {
     ("GET", f"{MAP}/versions/1"): "read",
     ("GET", f"{MAP}/versions/1/grid.png"): "read",
     ("GET", f"{MAP}/versions/1/cells.png"): "read",
+    ("GET", f"{MAP}/versions/1/export"): "read",
     ("POST", f"{MAP}/versions/1/restore"): "edit",
     ("POST", f"{MAP}/edits"): "edit",
     ("GET", f"{MAP}/rooms/r1"): "read",
@@ -29,6 +30,7 @@ OWN = {
     ("GET", f"{MAP}/missions"): "read",
     ("GET", f"{MAP}/missions/0"): "read",
     ("GET", f"{MAP}/missions/0/grid.png"): "read",
+    ("POST", f"{MAP}/missions/0/placement"): "edit",
 }
 MAY = {"robot": {"read", "upload"}, "person": {"read", "edit"}}
 

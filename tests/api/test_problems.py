@@ -1,5 +1,7 @@
 """Every error is application/problem+json."""
 
+from typing import Any
+
 import pytest
 
 from stillroom import errors
@@ -58,7 +60,7 @@ def test_characters_that_no_database_keeps_are_nobodys_name(mapped: RobotCaller,
 
 
 def test_fields_that_are_kept_and_ignored_may_hold_any_text(robot: RobotCaller) -> None:
-    odd = {"note": "\x00 \U0001f916", "more": {"\x00": [10**30, -0.0, 1e300]}}
+    odd: dict[str, Any] = {"note": "\x00 \U0001f916", "more": {"\x00": [10**30, -0.0, 1e300]}}
     made = robot.upload("0", **odd)
     assert (made.status_code, robot.upload("0", **odd).status_code) == (201, 200), made.text
 

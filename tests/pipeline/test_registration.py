@@ -103,6 +103,15 @@ def test_a_home_that_is_its_own_image_turned_is_parked_and_not_guessed() -> None
     assert update.map is home
 
 
+def test_where_somebody_knows_that_it_is_this_floor_the_likeliest_pose_counts() -> None:
+    home = create_map(MIRRORED.grid, "0", Ids())
+    mission = Mission("1", turned(MIRRORED.grid, Pose(3.0, 1.0, np.pi / 2)), None)
+    update = update_map(home, mission, trust_registration=True)
+    assert update.outcome == "updated"
+    assert [room.id for room in update.map.rooms] == [room.id for room in home.rooms]
+    assert all(room.precision > 0.9 and room.recall > 0.9 for room in update.rooms)
+
+
 def test_another_home_is_parked(home: SemanticMap) -> None:
     update = update_map(home, Mission("1", MIRRORED.grid, None))
     assert update.outcome == "parked"

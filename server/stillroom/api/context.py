@@ -78,6 +78,8 @@ Caller = Annotated[Principal, Depends(caller)]
 RobotId = Annotated[str, Path(alias="robot", pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
 MapName = Annotated[str, Path(alias="map", pattern=r"^[A-Za-z0-9._-]{1,64}$")]
 MissionId = Annotated[str, Path(alias="mission", pattern=r"^[A-Za-z0-9._-]{1,64}$")]
+AnyMissionId = Annotated[str, Path(alias="mission", pattern=r"^[A-Za-z0-9._~-]{1,130}$")]
+"""A robot's own, or that of a mission that was placed."""
 FeatureId = Annotated[str, Path(pattern=r"^[^\x00-\x1f\x7f]{1,64}$")]
 VersionNumber = Annotated[int, Path(alias="version", ge=0, le=2**31 - 1)]
 Limit = Annotated[int, Query(ge=1, le=1000)]

@@ -11,6 +11,8 @@ from starlette.responses import Response
 
 from stillroom.api.context import (
     PNG_RESPONSE,
+    AnyMissionId,
+    Caller,
     Limit,
     MapName,
     MissionId,
@@ -26,11 +28,19 @@ from stillroom.api.context import (
 from stillroom.api.multipart import Part, read_parts
 from stillroom.documents import api
 from stillroom.errors import Fault, InvalidInput
-from stillroom.service import uploads
+from stillroom.service import missions, placements, uploads
 
 MAX_WAIT_S = 60.0
 _RECHECK_S = 2.0
 """A waiter looks again this often, in case the word that its mission is done was lost with a worker."""
+
+PLACEMENT_WAIT_S = 30.0
+PREFER: dict[str, Any] = {
+    "name": "Prefer",
+    "in": "header",
+    "schema": {"type": "string"},
+    "description": "wait=SECONDS: answer when the mission is done, or after that long (at most 60; RFC 7240)",
+}
 
 router = APIRouter(prefix="/api/v1/robots/{robot}/maps/{map}/missions")
 _UPLOAD: dict[str, Any] = {
@@ -53,14 +63,7 @@ _UPLOAD: dict[str, Any] = {
             }
         },
     },
-    "parameters": [
-        {
-            "name": "Prefer",
-            "in": "header",
-            "schema": {"type": "string"},
-            "description": "wait=SECONDS: answer when the mission is done, or after that long (at most 60; RFC 7240)",
-        }
-    ],
+    "parameters": [PREFER],
 }
 
 
@@ -86,11 +89,38 @@ async def upload(request: Request, service: Service, robot: RobotId, map_name: M
         bytes(meta.content),
     )
     wait_s = wait_preference(request.headers.getlist("Prefer"))
-    mission = await _wait(service, received, wait_s)
+    mission = await _wait(service, received.map_id, received.mission_id, wait_s or 0.0)
     headers = {"Location": request.url.path}
     if wait_s is not None:
         headers["Preference-Applied"] = f"wait={wait_s:g}"
     return document(mission, _status(received, mission), headers)
+
+
+@router.post(
+    "/{mission}/placement",
+    response_model=api.MissionDocument,
+    responses={202: {"model": api.MissionDocument}},
+    openapi_extra={"parameters": [PREFER]},
+    dependencies=[Depends(allowed("edit"))],
+)
+async def place(
+    request: Request,
+    service: Service,
+    who: Caller,
+    robot: RobotId,
+    map_name: MapName,
+    key: MissionId,
+    placement: api.Placement,
+) -> Response:
+    """Says which floor a parked mission belongs to: another one, a new one, or this one after a reset.
+
+    The answer comes when the mission has been processed there, or with 202 after 30 s or what `Prefer` says.
+    """
+    made = await run_in_threadpool(placements.place, service.database, who, robot, map_name, key, placement.map)
+    wait_s = wait_preference(request.headers.getlist("Prefer"))
+    placed = await _wait(service, made.map_id, made.placed_id, PLACEMENT_WAIT_S if wait_s is None else wait_s)
+    parked = await run_in_threadpool(missions.mission_by_id, service.database, made.parked_id)
+    return document(parked, 200 if placed.status == "done" else 202)
 
 
 @router.get("", response_model=api.Page[api.MissionDocument], dependencies=[Depends(allowed("read"))])
@@ -104,12 +134,12 @@ def list_missions(
     limit: Limit = 100,
 ) -> Response:
     """The newest arrivals first."""
-    return page(request, uploads.list_missions(service.database, robot, map_name, outcome, cursor, limit))
+    return page(request, missions.list_missions(service.database, robot, map_name, outcome, cursor, limit))
 
 
 @router.get("/{mission}", response_model=api.MissionDocument, dependencies=[Depends(allowed("read"))])
-def show_mission(service: Service, robot: RobotId, map_name: MapName, key: MissionId) -> Response:
-    return document(uploads.mission_by_key(service.database, robot, map_name, key))
+def show_mission(service: Service, robot: RobotId, map_name: MapName, key: AnyMissionId) -> Response:
+    return document(missions.mission_by_key(service.database, robot, map_name, key))
 
 
 @router.get(
@@ -118,9 +148,9 @@ def show_mission(service: Service, robot: RobotId, map_name: MapName, key: Missi
     responses=PNG_RESPONSE,
     dependencies=[Depends(allowed("read"))],
 )
-def show_grid(service: Service, robot: RobotId, map_name: MapName, key: MissionId) -> Response:
+def show_grid(service: Service, robot: RobotId, map_name: MapName, key: AnyMissionId) -> Response:
     """The occupancy pixels as the robot sent them, taken or not."""
-    return png(uploads.mission_grid(service.database, service.grids, robot, map_name, key), f"mission-{key}")
+    return png(missions.mission_grid(service.database, service.grids, robot, map_name, key), f"mission-{key}")
 
 
 def wait_preference(prefer: list[str]) -> float | None:
@@ -135,13 +165,13 @@ def _part(parts: dict[str, Part], name: str) -> Part:
     return parts[name]
 
 
-async def _wait(service: Parts, received: uploads.Received, wait_s: float | None) -> api.MissionDocument:
+async def _wait(service: Parts, map_id: int, mission_id: int, wait_s: float) -> api.MissionDocument:
     """The mission when it is done, or after `wait_s`."""
-    until = monotonic() + (wait_s or 0.0)
-    with service.signals.watch(received.map_id) as changed:
+    until = monotonic() + wait_s
+    with service.signals.watch(map_id) as changed:
         while True:
             changed.clear()
-            mission = await run_in_threadpool(uploads.mission_by_id, service.database, received.mission_id)
+            mission = await run_in_threadpool(missions.mission_by_id, service.database, mission_id)
             left = until - monotonic()
             if mission.status == "done" or left <= 0 or service.signals.closed:
                 return mission

@@ -23,6 +23,8 @@ STATUS_CODES: dict[type[StillroomError], int] = {
     errors.NotFound: 404,
     errors.AlreadyExists: 409,
     errors.MissionConflict: 409,
+    errors.AlreadyDecided: 409,
+    errors.NotParked: 409,
     errors.PreconditionRequired: 428,
     errors.StaleVersion: 412,
     errors.Unauthenticated: 401,

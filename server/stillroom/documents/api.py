@@ -183,6 +183,38 @@ class RoomScoreDocument(Document):
     visited: bool
 
 
+class CandidateDocument(Document):
+    """A floor that a parked mission could belong to."""
+
+    map: str
+    share: float
+    """Of the floor's walls that lie where the mission has walls, at best."""
+    certain: bool
+    """Whether that alone tells the floor and the pose."""
+
+
+class DecisionDocument(Document):
+    """Where a person put a parked mission, and what came of it there."""
+
+    map: str
+    mission: str
+    """What it is called as a mission of that map."""
+    decided_by: str
+    decided_at: datetime
+    status: Status
+    outcome: Outcome | None
+    version: int | None
+    """The version of that map that was in force then."""
+    reason: str
+
+
+class Placement(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+    map: Annotated[str, Field(pattern=r"^[A-Za-z0-9._-]{1,64}$")]
+    """The robot's name of a floor; a new name makes a new map."""
+
+
 class MissionDocument(Document):
     id: str
     robot: str
@@ -204,6 +236,10 @@ class MissionDocument(Document):
     discovered_rooms: list[str]
     warnings: list[str]
     reason: str
+    candidates: list[CandidateDocument]
+    """Of a parked mission: the robot's floors, the likeliest first."""
+    decision: DecisionDocument | None
+    """Of a parked mission: where a person put it."""
     timings_ms: dict[str, float]
     started_at: datetime | None
     ended_at: datetime | None
@@ -213,9 +249,10 @@ class MissionDocument(Document):
 
 
 class Event(Document):
-    """`mission`: one was processed; `version`: a new one is in force; `settings`: a map was renamed."""
+    """`mission`: one was processed; `version`: a new one is in force; `decision`: a person placed a parked mission; `settings`: a
+    map was renamed."""
 
-    kind: Literal["mission", "version", "settings"]
+    kind: Literal["mission", "version", "decision", "settings"]
     robot: str
     map: str
     at: datetime

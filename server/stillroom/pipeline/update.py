@@ -76,12 +76,21 @@ def create_semantic_map(
     return MapUpdate("created", created, taken=True, reason=reason, candidate=created)
 
 
-def update_map(previous: SemanticMap, mission: Mission, params: Params = PARAMS, stage: Stage = untimed) -> MapUpdate:
-    """Carries the semantics of `previous` over to the mission's grid and decides whether the result is taken."""
+def update_map(
+    previous: SemanticMap,
+    mission: Mission,
+    params: Params = PARAMS,
+    stage: Stage = untimed,
+    trust_registration: bool = False,
+) -> MapUpdate:
+    """Carries the semantics of `previous` over to the mission's grid and decides whether the result is taken.
+
+    `trust_registration`: somebody knows that it is this floor, so the likeliest pose counts even where registration is not sure.
+    """
     with stage("align"):
         if mission.motion is None:
             registered = register(previous, mission.grid, params)
-            if not registered.found(params):
+            if not (trust_registration or registered.found(params)):
                 return _parked(previous, registered)
             motion = registered.motion
         else:

@@ -10,7 +10,7 @@ from functools import partial
 from threading import Event, Thread
 
 from stillroom import __version__
-from stillroom.documents.grids import read_mission_map
+from stillroom.documents.grids import read_grid, read_mission_map
 from stillroom.documents.missions import MissionMeta, stored_meta
 from stillroom.documents.stored import decode_map, decode_motion, encode_motion
 from stillroom.errors import Unavailable
@@ -18,6 +18,7 @@ from stillroom.maps.mission import Mission, tracked_motion
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.update import MapUpdate, create_semantic_map, update_map
+from stillroom.service.candidates import Question, ask, under_version
 from stillroom.service.frames import Step, motion_between
 from stillroom.service.versions import ids_of, new_version
 from stillroom.store import clock, events, lanes, maps, missions
@@ -57,17 +58,44 @@ class Gathered:
     """The version that the robot's tracking starts from; None where it said none or one that is not known."""
     to_base: Motion | None
     """From the frame of `current` to that of `base`."""
+    parked: MissionRow | None
+    """What a person placed here; None where the robot sent the mission here itself."""
+    under_current: MissionRow | None
+    """The mission that `current` lies on, as the robot sent it."""
 
     @property
     def is_late(self) -> bool:
+        """Whether a newer mission was processed before. Equal sequence numbers: the one that came later is the newer."""
+        if self.current is None:
+            return False
+        if self.parked is not None:
+            return self.under_current is not None and _is_older(self.parked, self.under_current)
         newest = self.of.epoch, self.of.sequence
-        if self.current is None or newest[0] is None or newest[1] is None:
+        if newest[0] is None or newest[1] is None:
             return False
         return (self.mission.epoch, self.mission.sequence) < newest
 
     @property
+    def cause(self) -> str:
+        """Of the version that it makes."""
+        if self.current is None:
+            return "created"
+        return "mission" if self.parked is None else "decision"
+
+    @property
+    def made_by(self) -> str:
+        return self.mission.placed_by or f"robot:{self.of.robot_id}"
+
+    @property
     def previous(self) -> SemanticMap | None:
         return None if self.current is None else decode_map(self.current.document, ids_of(self.of))
+
+
+def _is_older(first: MissionRow, second: MissionRow) -> bool:
+    """By the robot's own order where it sent both to one map, else in the order of their arrival."""
+    if first.map_id == second.map_id:
+        return (first.epoch, first.sequence) < (second.epoch, second.sequence)
+    return first.id < second.id
 
 
 def process_next(database: Database, grids: GridStore) -> int | None:
@@ -97,10 +125,23 @@ def _process(database: Database, grids: GridStore, claim: lanes.Claim) -> bool:
     try:
         with timings("total"):
             update, warnings = decide(gathered, grids, timings)
+            question = _question(database, gathered, grids, timings) if update.outcome == "parked" else None
     except Exception:
         reason = "Processing failed; the mission is kept and was not taken."
         return _commit(database, claim, gathered, None, _failure(gathered, reason, timings, traceback.format_exc()))
-    return _commit(database, claim, gathered, update, _finding(gathered, update, warnings, timings))
+    found = _finding(gathered, update, warnings, timings)
+    if question is not None:
+        found = replace(found, result=found.result | question.as_json(), reason=f"{found.reason} {question.advice}")
+    return _commit(database, claim, gathered, update, found)
+
+
+def _question(database: Database, gathered: Gathered, grids: GridStore, timings: Timings) -> Question | None:
+    """What a person is asked about a mission that was parked; None where it is too late to ask."""
+    if gathered.is_late or gathered.current is None:
+        return None
+    with timings("candidates"):
+        grid = read_grid(grids.get(gathered.mission.grid), gathered.meta.reading())
+        return ask(database, gathered.of, gathered.current, gathered.mission, grid)
 
 
 def gather(database: Database, mission_id: int) -> Gathered:
@@ -113,7 +154,9 @@ def gather(database: Database, mission_id: int) -> Gathered:
         to_base = None
         if current is not None and base is not None:
             to_base = motion_between(partial(_frame_step, tx, of.id), current.number, base.number)
-    return Gathered(mission, of, meta, current, base, to_base)
+        parked = None if mission.placed_from is None else missions.get(tx, mission.placed_from)
+        under = under_version(tx, current) if current is not None and parked is not None else None
+    return Gathered(mission, of, meta, current, base, to_base, parked, under)
 
 
 def _frame_step(tx: Transaction, map_id: int, number: int) -> Step | None:
@@ -129,8 +172,10 @@ def decide(gathered: Gathered, grids: GridStore, timings: Timings) -> tuple[MapU
     if previous is None:
         ids = ids_of(gathered.of)
         return create_semantic_map(grid, gathered.mission.key, ids, semantics=semantics, stage=timings), ()
-    motion, warnings = _motion(gathered, previous)
-    return update_map(previous, Mission(gathered.mission.key, grid, motion), stage=timings), warnings
+    # Where a mission was parked its tracking was of no use, and where it was placed it is another floor's.
+    motion, warnings = (None, ()) if gathered.parked is not None else _motion(gathered, previous)
+    mission, placed = Mission(gathered.mission.key, grid, motion), gathered.parked is not None
+    return update_map(previous, mission, stage=timings, trust_registration=placed), warnings
 
 
 def _motion(gathered: Gathered, previous: SemanticMap) -> tuple[Motion | None, tuple[str, ...]]:
@@ -160,7 +205,7 @@ def _finding(gathered: Gathered, update: MapUpdate, warnings: tuple[str, ...], t
     head = gathered.of.head
     return missions.Finding(
         outcome="superseded" if late else update.outcome,
-        reason="A newer mission was processed before this one came; it changes nothing." if late else update.reason,
+        reason="A newer mission was processed before this one; it changes nothing." if late else update.reason,
         base_version=head,
         version=head,
         algorithm=__version__,
@@ -197,11 +242,12 @@ def _commit(
         if update is not None and taken:
             found = replace(found, version=_add_version(tx, gathered, update, now))
         missions.finish(tx, mission.id, found, now)
-        maps.note_processed(tx, of.id, mission.epoch, mission.sequence)
+        if gathered.parked is None:
+            maps.note_processed(tx, of.id, mission.epoch, mission.sequence)
         lanes.release(tx, of.id)
         data: Json = {"mission": mission.key, "version": found.version}
         if taken:
-            events.add(tx, of, "version", data | {"cause": "created" if of.head is None else "mission"}, now)
+            events.add(tx, of, "version", data | {"cause": gathered.cause}, now)
         events.add(tx, of, "mission", data | {"outcome": found.outcome}, now)
     return True
 
@@ -212,9 +258,9 @@ def _add_version(tx: Transaction, gathered: Gathered, update: MapUpdate, now: da
         update.map,
         retired=update.retired,
         parent=of.head,
-        cause="created" if of.head is None else "mission",
+        cause=gathered.cause,
         mission=mission.key,
-        made_by=f"robot:{of.robot_id}",
+        made_by=gathered.made_by,
         grid=mission.grid,
         frame_from=of.head,
         motion=encode_motion(update.motion),

@@ -22,6 +22,9 @@ class NewMission:
     grid: str
     meta: Json
     meta_digest: str
+    placed_from: int | None = None
+    """The parked mission that a person said belongs to this map."""
+    placed_by: str | None = None
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,18 @@ def get(tx: Transaction, mission_id: int) -> MissionRow:
 def by_key(tx: Transaction, map_id: int, key: str) -> MissionRow | None:
     query = _MISSION.where(mission.c.map_id == map_id, mission.c.key == key)
     return as_row_or_none(MissionRow, tx.execute(query).first())
+
+
+def placed_key(key: str, map_name: str) -> str:
+    """What a mission of another map, or of the same map before it was placed, is called: no robot can choose such an id."""
+    return f"{key}~{map_name}"
+
+
+def placements(tx: Transaction, parked: Sequence[int]) -> Mapping[int, MissionRow]:
+    """What became of parked missions that a person placed, by their ids; the last word where there were several."""
+    query = _MISSION.where(mission.c.placed_from.in_(parked)).order_by(mission.c.id)
+    rows = (as_row(MissionRow, row) for row in tx.execute(query))
+    return {row.placed_from: row for row in rows if row.placed_from is not None}
 
 
 def page(tx: Transaction, map_id: int, outcome: str | None, before: int | None, limit: int) -> Sequence[MissionRow]:

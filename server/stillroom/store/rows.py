@@ -55,6 +55,8 @@ class MissionRow:
     version: int | None
     algorithm: str | None
     result: Json | None
+    placed_from: int | None
+    placed_by: str | None
 
 
 @dataclass(frozen=True)

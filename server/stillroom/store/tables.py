@@ -82,7 +82,9 @@ mission = sa.Table(
     metadata,
     sa.Column("id", BigId, primary_key=True),
     sa.Column("map_id", sa.ForeignKey("map.id"), nullable=False),
-    sa.Column("key", sa.String(64), nullable=False),  # the robot's own id of the mission
+    sa.Column(
+        "key", sa.String(130), nullable=False
+    ),  # the robot's own id of the mission; where it was placed, see placed_key
     sa.Column("epoch", sa.BigInteger, nullable=False),
     sa.Column("sequence", sa.BigInteger, nullable=False),
     sa.Column("status", sa.String(16), nullable=False),
@@ -102,6 +104,8 @@ mission = sa.Table(
     sa.Column("algorithm", sa.String(32)),
     sa.Column("result", sa.JSON),
     sa.Column("traceback", sa.Text),
+    sa.Column("placed_from", sa.ForeignKey("mission.id"), index=True),  # the parked mission that a person put here
+    sa.Column("placed_by", sa.String(400)),
     sa.UniqueConstraint("map_id", "key"),
 )
 _unfinished = mission.c.status != "done"
@@ -123,7 +127,7 @@ version = sa.Table(
     sa.Column("number", sa.Integer, primary_key=True, autoincrement=False),
     sa.Column("parent", sa.Integer),
     sa.Column("cause", sa.String(16), nullable=False),
-    sa.Column("mission", sa.String(64)),  # key of the mission whose grid this version lies on
+    sa.Column("mission", sa.String(130)),  # key of the mission whose grid this version lies on
     sa.Column("made_by", sa.String(400), nullable=False),
     sa.Column("created_at", UtcDateTime, nullable=False),
     sa.Column("algorithm", sa.String(32), nullable=False),

@@ -1,0 +1,116 @@
+"""What became of missions."""
+
+from collections.abc import Sequence
+
+from stillroom.documents import api
+from stillroom.documents.grids import as_png
+from stillroom.documents.missions import stored_meta
+from stillroom.errors import NotFound
+from stillroom.service.maps import find_map, map_url
+from stillroom.service.paging import page_of
+from stillroom.store import maps, missions
+from stillroom.store.database import Database, Transaction
+from stillroom.store.grids import GridStore
+from stillroom.store.rows import MapRow, MissionRow
+
+
+def mission_by_id(database: Database, mission_id: int) -> api.MissionDocument:
+    with database.read() as tx:
+        row = missions.get(tx, mission_id)
+        return _documents(tx, maps.get(tx, row.map_id), [row])[0]
+
+
+def mission_by_key(database: Database, robot_id: str, map_name: str, key: str) -> api.MissionDocument:
+    """Raises NotFound."""
+    with database.read() as tx:
+        of, row = find_mission(tx, robot_id, map_name, key)
+        return _documents(tx, of, [row])[0]
+
+
+def mission_grid(database: Database, grids: GridStore, robot_id: str, map_name: str, key: str) -> bytes:
+    """The raw grid as PNG. Raises NotFound."""
+    with database.read() as tx:
+        _, row = find_mission(tx, robot_id, map_name, key)
+    return as_png(grids.get(row.grid), stored_meta(row.meta).reading())
+
+
+def list_missions(
+    database: Database, robot_id: str, map_name: str, outcome: str | None, cursor: int | None, limit: int
+) -> api.Page[api.MissionDocument]:
+    """The newest arrivals first. Raises NotFound."""
+    with database.read() as tx:
+        of = find_map(tx, robot_id, map_name)
+        rows = missions.page(tx, of.id, outcome, cursor, limit + 1)
+        items, following = page_of(rows, limit, lambda row: str(row.id))
+        return api.Page(items=_documents(tx, of, items), next=following)
+
+
+def find_mission(tx: Transaction, robot_id: str, map_name: str, key: str) -> tuple[MapRow, MissionRow]:
+    """Raises NotFound."""
+    of = maps.by_name(tx, robot_id, map_name)
+    row = None if of is None else missions.by_key(tx, of.id, key)
+    if of is None or row is None:
+        raise NotFound(f"{robot_id} has no mission {key} of a map {map_name}.")
+    return of, row
+
+
+def _documents(tx: Transaction, of: MapRow, rows: Sequence[MissionRow]) -> list[api.MissionDocument]:
+    parked = [row.id for row in rows if row.outcome == "parked"]
+    placed = missions.placements(tx, parked) if parked else {}
+    floors = {row.id: row.name for row in maps.of_robots(tx, [of.robot_id])} if placed else {}
+    return [_document(of, row, _decision(placed[row.id], floors) if row.id in placed else None) for row in rows]
+
+
+def _decision(placed: MissionRow, floors: dict[int, str]) -> api.DecisionDocument:
+    assert placed.placed_by is not None
+    return api.DecisionDocument.model_validate(
+        {
+            "map": floors[placed.map_id],
+            "mission": placed.key,
+            "decided_by": placed.placed_by,
+            "decided_at": placed.received_at,
+            "status": placed.status,
+            "outcome": placed.outcome,
+            "version": placed.version,
+            "reason": (placed.result or {}).get("reason", ""),
+        }
+    )
+
+
+def _document(of: MapRow, row: MissionRow, decision: api.DecisionDocument | None) -> api.MissionDocument:
+    said, found = stored_meta(row.meta), row.result or {}
+    ablation = None
+    if row.ablation_transfer is not None:
+        ablation = api.AblationDocument(
+            transfer=row.ablation_transfer,
+            meta_occupancy=bool(row.ablation_meta_occupancy),
+            meta_dividers=bool(row.ablation_meta_dividers),
+        )
+    return api.MissionDocument.model_validate(
+        {
+            "id": row.key,
+            "robot": of.robot_id,
+            "map": of.name,
+            "sequence": row.sequence,
+            "epoch": row.epoch,
+            "status": row.status,
+            "outcome": row.outcome,
+            "succeeded_at": row.succeeded_at,
+            "ablation": ablation,
+            "base_version": row.base_version,
+            "version": row.version,
+            "algorithm": row.algorithm,
+            "rooms": found.get("rooms", []),
+            "conflicts": [],
+            "discovered_rooms": found.get("discovered", []),
+            "warnings": found.get("warnings", []),
+            "reason": found.get("reason", ""),
+            "candidates": found.get("candidates", []),
+            "decision": decision,
+            "timings_ms": found.get("timings_ms", {}),
+            "started_at": said.started_at,
+            "ended_at": said.ended_at,
+            "received_at": row.received_at,
+            "grid": f"{map_url(of)}/missions/{row.key}/grid.png",
+        }
+    )
