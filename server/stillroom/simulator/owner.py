@@ -32,7 +32,7 @@ def tidy_up(owner: Client, path: str, home: Home, distortion: Distortion) -> tup
     steps: list[Callable[[Json], Sequence[Json]]] = [partial(part, door, distortion, shapes) for door in home.doors]
     steps += [partial(join, name, shapes) for name in shapes]
     refused = []
-    steps += [drop_scraps, partial(name_rooms, shapes)]
+    steps += [drop_scraps, partial(name_rooms, shapes), drop_scraps]
     for step in steps:
         try:
             owner.edit(path, step)
