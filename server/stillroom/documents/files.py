@@ -1,6 +1,7 @@
 """Map files of any readable format on disk, as a robot would send them."""
 
 import json
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -55,8 +56,7 @@ def open_map(path: Path) -> MapFile:
         name, meta = read_yaml(_read(path))
         return _image(_find_image(path, name), meta)
     if suffix in IMAGE_SUFFIXES:
-        beside = next((path.with_suffix(s) for s in YAML_SUFFIXES if path.with_suffix(s).is_file()), None)
-        return _image(path, {} if beside is None else read_yaml(_read(beside))[1])
+        return _image(path, _said_beside(path))
     if suffix == JSON_SUFFIX:
         return MapFile(path, JSON_TYPE, _as_sent(_read(path)), {})
     raise InvalidInput("only PNG and PGM images, map_server YAML and JSON maps are read")
@@ -69,6 +69,14 @@ def _as_sent(content: bytes) -> bytes:
     found = read_umf(document)
     segments = [(str(number), name) for number, name in enumerate(found.semantics.names, 1)]
     return write_valetudo(found.grid, found.semantics.labels, segments, found.semantics.restrictions)
+
+
+def _said_beside(image: Path) -> dict[str, Any]:
+    """What a map_server file of the image's name says; nothing where there is none, or one of another kind."""
+    for suffix in YAML_SUFFIXES:
+        with suppress(InvalidInput):
+            return read_yaml(_read(image.with_suffix(suffix)))[1]
+    return {}
 
 
 def _find_image(described: Path, name: str) -> Path:

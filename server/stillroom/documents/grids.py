@@ -1,6 +1,7 @@
 """A grid in whichever format a robot sends it: PNG, PGM, a Valetudo map, a nav_msgs/OccupancyGrid as JSON."""
 
 from math import isclose, remainder, tau
+from threading import BoundedSemaphore
 
 from stillroom.documents import images
 from stillroom.documents.images import IMAGE_TYPES, Reading, as_grey, encode_png, with_floor
@@ -12,6 +13,8 @@ from stillroom.maps.geometry import Pose
 from stillroom.maps.grid import GridFrame, OccupancyGrid
 from stillroom.pipeline.adoption import RobotSemantics
 
+_READERS = BoundedSemaphore(4)
+"""So many grids are read at once in a process: the worst may take hundreds of megabytes while it is looked at."""
 JSON_TYPE = "application/json"
 SAME_RESOLUTION = 1e-4
 SAME_PLACE_M, SAME_TURN = 1e-3, 1e-3
@@ -37,6 +40,11 @@ def read_grid(content: bytes, reading: Reading) -> OccupancyGrid:
 
 def read_mission_map(content: bytes, reading: Reading) -> tuple[OccupancyGrid, RobotSemantics | None]:
     """The same, with what the robot's app says about its map; None where the format has no place for that."""
+    with _READERS:
+        return _read(content, reading)
+
+
+def _read(content: bytes, reading: Reading) -> tuple[OccupancyGrid, RobotSemantics | None]:
     if content.startswith(tuple(IMAGE_TYPES.values())):
         return images.read_grid(content, reading), None
     document = load_json(content, "/grid")

@@ -20,6 +20,8 @@ MAX_CELLS = 20_000_000
 UNKNOWN_GREY = 205
 """In trinary mode always unexplored, whatever the thresholds."""
 PNG_TYPE, PGM_TYPE = "image/png", "image/x-portable-graymap"
+MARKED_SHARE = 5e-4
+"""No more of a picture than this may be coloured: somebody marked places on it, of whose cells nothing is known then."""
 IMAGE_TYPES = {PNG_TYPE: b"\x89PNG\r\n\x1a\n", PGM_TYPE: b"P"}
 GREY_OF = {Cell.UNEXPLORED: UNKNOWN_GREY, Cell.FREE: 254, Cell.OCCUPIED: 0}
 
@@ -82,7 +84,7 @@ def classify(grey: Grey, transparent: npt.NDArray[np.bool_] | None, reading: Rea
 
 
 def decode_image(content: bytes) -> tuple[Grey, npt.NDArray[np.bool_] | None]:
-    """The grey levels of a PNG or PGM, and where a PNG is transparent (None: nowhere)."""
+    """The grey levels of a PNG or PGM, and where a PNG is transparent or marked in colour (None: nowhere)."""
     if content.startswith(IMAGE_TYPES["image/png"]):
         return _decode_png(content)
     if content[:2] in (b"P2", b"P5"):
@@ -135,13 +137,11 @@ def _decode_png(content: bytes) -> tuple[Grey, npt.NDArray[np.bool_] | None]:
     if pixels.ndim == 2:
         return np.asarray(pixels, np.uint8), None
     colours, alpha = pixels[..., :3], pixels[..., 3] if pixels.shape[2] == 4 else None
-    transparent = None if alpha is None else np.equal(alpha, 0)
-    coloured = (colours[..., 0] != colours[..., 1]) | (colours[..., 1] != colours[..., 2])
-    if transparent is not None:
-        coloured &= ~transparent
-    if coloured.any():
+    blank = np.zeros((height, width), np.bool_) if alpha is None else np.equal(alpha, 0)
+    coloured = ((colours[..., 0] != colours[..., 1]) | (colours[..., 1] != colours[..., 2])) & ~blank
+    if np.count_nonzero(coloured) > MARKED_SHARE * coloured.size:
         raise InvalidGrid("The grid has colours; send grey levels.", (Fault("/grid", "colours"),))
-    return np.ascontiguousarray(colours[..., 0], np.uint8), transparent
+    return np.ascontiguousarray(colours[..., 0], np.uint8), blank | coloured
 
 
 _PGM_HEADER = re.compile(rb"P([25])(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})\s")

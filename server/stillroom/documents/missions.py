@@ -12,7 +12,7 @@ from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, Field
 
 from stillroom.documents.images import Mode, Reading
 from stillroom.documents.json_text import load_json
-from stillroom.errors import Fault, InvalidInput, TooLarge
+from stillroom.errors import Fault, InvalidInput
 from stillroom.maps.geometry import Pose, as_points
 from stillroom.maps.mission import Tracking
 
@@ -103,9 +103,9 @@ class MissionMeta(BaseModel):
 
 
 def parse_meta(content: bytes) -> tuple[MissionMeta, dict[str, Any]]:
-    """The meta and the JSON it came as. Raises InvalidInput with pointers below /meta, TooLarge over 4 MiB."""
+    """The meta and the JSON it came as. Raises InvalidInput with pointers below /meta."""
     if len(content) > MAX_META:
-        raise TooLarge(f"The meta has {len(content)} bytes; at most {MAX_META} are taken.", limit_bytes=MAX_META)
+        raise InvalidInput("The meta is too long.", (Fault("/meta", f"more than {MAX_META} bytes"),))
     document = load_json(content, "/meta")
     faults = tuple(
         Fault(pointer, "not a finite number") for pointer in islice(_not_finite(document, "/meta"), MOST_FAULTS)

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import cv2
 import numpy as np
 import shapely
 import yaml
@@ -10,9 +9,10 @@ from shapely import LineString, Polygon
 
 from stillroom.documents.images import Reading, as_grey, encode_pgm
 from stillroom.errors import Fault, InvalidInput
-from stillroom.maps.geometry import as_points
+from stillroom.maps.geometry import as_points, polygons_in
 from stillroom.maps.grid import Cell, Cells, GridFrame, OccupancyGrid
 from stillroom.maps.semantics import Restriction, SemanticMap
+from stillroom.pipeline.adoption import cells_in
 
 FIELDS = ("resolution", "origin", "mode", "negate", "occupied_thresh", "free_thresh")
 """Those that `meta` of an upload has too."""
@@ -67,11 +67,8 @@ def _files(name: str, frame: GridFrame, cells: Cells, comment: str | None = None
 
 
 def _block(cells: Cells, restriction: Restriction, frame: GridFrame) -> None:
-    points = frame.to_cells(as_points(restriction.shape))
+    points = as_points(restriction.shape)
     shape = LineString(points) if restriction.kind == "virtual_wall" else shapely.make_valid(Polygon(points))
-    grown = shapely.intersection(
-        shapely.buffer(shape, TOUCHED), shapely.box(-2.0, -2.0, frame.width + 2.0, frame.height + 2.0)
-    )
-    for part in shapely.get_parts(grown):
-        rings = [np.round((shapely.get_coordinates(r) - 0.5) * 256).astype(np.int32) for r in shapely.get_rings(part)]
-        cv2.fillPoly(cells, rings, int(Cell.OCCUPIED), shift=8)
+    corners = as_points([(-2, -2), (frame.width + 2, -2), (frame.width + 2, frame.height + 2), (-2, frame.height + 2)])
+    grown = shapely.intersection(shapely.buffer(shape, TOUCHED * frame.resolution), Polygon(frame.to_map(corners)))
+    cells[cells_in(polygons_in(grown), frame)] = Cell.OCCUPIED

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
-from stillroom.maps.geometry import Points, as_points
+from stillroom.maps.geometry import Points, Pose, as_points
 from stillroom.maps.grid import Cell, GridFrame, OccupancyGrid
 from stillroom.maps.semantics import Restriction, Room, SemanticMap
 
@@ -19,6 +19,7 @@ Image = npt.NDArray[np.uint8]
 Colour = tuple[int, int, int]
 
 LONGEST_SIDE = 1200
+MARGIN_CELLS = 8
 SUBPIXEL = 4
 PAPER: Colour = (255, 255, 255)
 INK: Colour = (40, 34, 30)
@@ -71,7 +72,8 @@ class _Canvas:
 
 
 def draw(grid: OccupancyGrid, semantic_map: SemanticMap | None = None) -> Image:
-    """The cells, and over them the map's rooms and features; at most 1200 pixels on the longer side."""
+    """What is known of the grid, and over it the map's rooms and features; at most 1200 pixels on the longer side."""
+    grid = _known_part(grid)
     frame = grid.frame
     fits = LONGEST_SIDE / max(frame.width, frame.height)
     scale = float(min(int(fits), 16)) if fits >= 1 else fits
@@ -106,6 +108,19 @@ def contact_sheet(pictures: Sequence[tuple[str, Image]], tile: int = 360) -> Ima
         sheet[y + dy : y + dy + small.shape[0], x + dx : x + dx + small.shape[1]] = small
         _write(sheet, _shortened(caption, tile, 14), (x, y + tile + 18), 14)
     return sheet
+
+
+def _known_part(grid: OccupancyGrid) -> OccupancyGrid:
+    """The grid without what is unexplored around it, but for a margin."""
+    known = ~grid.unexplored
+    rows, columns = np.flatnonzero(known.any(1)), np.flatnonzero(known.any(0))
+    if not len(rows):
+        return grid
+    bottom, left = max(0, rows[0] - MARGIN_CELLS), max(0, columns[0] - MARGIN_CELLS)
+    cells = grid.cells[bottom : rows[-1] + MARGIN_CELLS + 1, left : columns[-1] + MARGIN_CELLS + 1]
+    height, width = cells.shape
+    x, y = grid.frame.to_map(as_points([(left, bottom)]))[0].tolist()
+    return OccupancyGrid(GridFrame(grid.frame.resolution, width, height, Pose(x, y, grid.frame.origin.yaw)), cells)
 
 
 def _cells(grid: OccupancyGrid, scale: float) -> Image:

@@ -105,7 +105,7 @@ def _polygon(shape: _Shape, places: dict[str, tuple[float, float]], kind: str) -
     """Raises InvalidGrid."""
     missing = [key for ring in shape.geometry.ids for key in ring if key not in places]
     rings = [[places[key] for key in ring if key in places] for ring in shape.geometry.ids]
-    if missing or not rings or min(map(len, rings)) < 3:
+    if missing or not rings or min(len(set(ring)) for ring in rings) < 3:
         detail = f"point {missing[0]} is missing" if missing else "fewer than three points"
         raise InvalidGrid(f"A polygon of {kind} can't be drawn.", (Fault(f"/maps/0/{kind}/{shape.id}", detail),))
     return Polygon(rings[0], rings[1:])
