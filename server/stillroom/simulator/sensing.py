@@ -12,6 +12,8 @@ from shapely import Polygon
 from stillroom.maps.geometry import Points, Pose, as_points
 from stillroom.maps.grid import GridFrame, Mask, distance_to
 from stillroom.simulator.changes import World
+from stillroom.simulator.homes import Door
+from stillroom.simulator.plans import thick_line
 
 ROBOT_RADIUS_M = 0.17
 SCAN_SPACING_M = 0.8
@@ -58,13 +60,19 @@ def rasterise(world: World) -> Floor:
     for room in home.rooms:
         fill(solid, frame, room.polygon, 0)
     for door in home.doors:
-        fill(solid, frame, door.polygon, 0)
+        fill(solid, frame, _threshold(door), 0)
         if door.id in world.shut:
             fill(solid, frame, door.polygon, 1)
     for piece in home.furniture:
         for part in piece.solid.geoms:
             fill(solid, frame, part, 1)
     return Floor(frame, solid > 0)
+
+
+def _threshold(door: Door) -> Polygon:
+    """A doorway with a cell of both rooms, so that the raster has no seam between them."""
+    length = float(np.linalg.norm(np.diff(as_points(door.line), axis=0)))
+    return thick_line(door.line, door.polygon.area / length + 2 * TRUTH_RESOLUTION_M)
 
 
 def fill(image: npt.NDArray[np.uint8], frame: GridFrame, polygon: Polygon, value: int) -> None:
