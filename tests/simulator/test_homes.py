@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from shapely import Point
 
 from stillroom.maps.geometry import Pose, as_points
 from stillroom.simulator.building import draw_home
 from stillroom.simulator.homes import Home, carried, unreachable_rooms
-from stillroom.simulator.plans import ROOMS
+from stillroom.simulator.plans import ROOMS, thick_line
 
 SEEDS = st.integers(0, 2**32 - 1)
 some_homes = settings(max_examples=8)
@@ -65,10 +65,12 @@ def test_every_room_is_reached_through_doors_past_the_furniture(seed: int) -> No
 
 @some_homes
 @given(SEEDS)
+@example(33)
 def test_a_doorway_lies_between_its_two_rooms_in_a_wall_of_ordinary_thickness(seed: int) -> None:
     home = home_of(seed)
     for door in home.doors:
-        assert all(shapely.distance(door.polygon, home.room(name).polygon) < 1e-6 for name in door.rooms)
+        before = [home.room(name).polygon.intersection(thick_line(door.line, 0.6)).area for name in door.rooms]
+        assert min(before) > 0.1, "there is floor of both on its two sides"
         width = float(np.linalg.norm(np.diff(as_points(door.line), axis=0)))
         assert 0.10 - 1e-6 <= door.polygon.area / width <= 0.20
         assert door.kind == "opening" or 0.8 <= width <= 1.0

@@ -122,9 +122,9 @@ def _with_ensuite(rng: Generator, spaces: list[Space], hall_y: float) -> list[Sp
     host = max((s for s in spaces if s.use == "bed"), key=lambda s: s.outline.area)
     x0, y0, x1, y1 = host.outline.bounds
     width, depth = min(rng.uniform(1.6, 1.9), (x1 - x0) * 0.5), min(rng.uniform(1.8, 2.1), (y1 - y0) * 0.6)
-    left = x0 if rng.random() < 0.5 else x1 - width
-    bottom = y0 if y1 <= hall_y + 1e-6 else y1 - depth
-    bath = box(left, bottom, left + width, bottom + depth)
+    left, right = (x0, x0 + width) if rng.random() < 0.5 else (x1 - width, x1)
+    bottom, top = (y0, y0 + depth) if y1 <= hall_y + 1e-6 else (y1 - depth, y1)
+    bath = box(left, bottom, right, top)
     rest = polygons_in(shapely.difference(host.outline, bath))[0]
     others = [s for s in spaces if s is not host]
     return [*others, Space(host.name, host.use, rest), Space("Shower room", "bath", bath)]
