@@ -150,7 +150,9 @@ def gather(database: Database, mission_id: int) -> Gathered:
         of = maps.get(tx, mission.map_id)
         meta = stored_meta(mission.meta)
         current = None if of.head is None else maps.version_at(tx, of.id, of.head)
-        base = None if meta.base_version is None else maps.version_at(tx, of.id, meta.base_version)
+        base = current
+        if meta.base_version != of.head:
+            base = None if meta.base_version is None else maps.version_at(tx, of.id, meta.base_version)
         to_base = None
         if current is not None and base is not None:
             to_base = motion_between(partial(_frame_step, tx, of.id), current.number, base.number)
@@ -246,9 +248,8 @@ def _commit(
             maps.note_processed(tx, of.id, mission.epoch, mission.sequence)
         lanes.release(tx, of.id)
         data: Json = {"mission": mission.key, "version": found.version}
-        if taken:
-            events.add(tx, of, "version", data | {"cause": gathered.cause}, now)
-        events.add(tx, of, "mission", data | {"outcome": found.outcome}, now)
+        version = {"version": data | {"cause": gathered.cause}} if taken else {}
+        events.add(tx, of, version | {"mission": data | {"outcome": found.outcome}}, now)
     return True
 
 
@@ -283,5 +284,4 @@ def _renewed(database: Database, claim: lanes.Claim) -> Iterator[None]:
     try:
         yield
     finally:
-        done.set()
-        thread.join()
+        done.set()  # not waited for: a lease that is renewed once too often belongs to nobody by then

@@ -1,6 +1,6 @@
 """What happened, in order; people's browsers follow it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 
 import sqlalchemy as sa
@@ -15,8 +15,10 @@ _LOCK = 0x57111
 """Keeps these locks apart from others of the same database."""
 
 
-def add(tx: Transaction, of: MapRow, kind: str, data: Json, now: datetime) -> None:
-    """The last thing that a transaction does: until it ends, no other adds an event that the same people see.
+def add(tx: Transaction, of: MapRow, happened: Mapping[str, Json], now: datetime) -> None:
+    """`happened`: what is to be told of each kind, in this order.
+
+    The last thing that a transaction does: until it ends, no other adds an event that the same people see.
 
     So their events are committed in the order of their ids, and who has seen one has missed none before it.
     """
@@ -24,8 +26,8 @@ def add(tx: Transaction, of: MapRow, kind: str, data: Json, now: datetime) -> No
         owner = sa.func.coalesce(robot.c.owner, "")
         seen_by_the_same = sa.func.pg_advisory_xact_lock(sa.func.hashtextextended(owner, _LOCK))
         tx.execute(sa.select(seen_by_the_same).where(robot.c.id == of.robot_id))
-    values = {"robot_id": of.robot_id, "map_id": of.id, "kind": kind, "data": data, "created_at": now}
-    tx.execute(sa.insert(event).values(values))
+    same = {"robot_id": of.robot_id, "map_id": of.id, "created_at": now}
+    tx.execute(sa.insert(event), [same | {"kind": kind, "data": data} for kind, data in happened.items()])
     tell(tx, Hint("changed", of.id))
 
 

@@ -17,6 +17,8 @@ class GridStore:
         self._store: ObjectStore = (
             LocalStore(self._folder, mkdir=True) if self._folder is not None else from_url(location)
         )
+        self._named: set[Path] = set()
+        """Folders whose own names are known to have reached the disk."""
 
     def put(self, content: bytes) -> str:
         """Stores the bytes durably; answers with their key. The same bytes again are the same grid."""
@@ -24,8 +26,16 @@ class GridStore:
         with suppress(AlreadyExistsError):
             self._store.put(_path(key), content, mode="create")
         if self._folder is not None:
-            _sync(self._folder / _path(key), self._folder)
+            self._sync(self._folder / _path(key), self._folder)
         return key
+
+    def _sync(self, file: Path, top: Path) -> None:
+        """The file and the folder that names it, and once the one that names that: else a power loss could forget a name."""
+        _sync(file)
+        _sync(file.parent)
+        if file.parent not in self._named:
+            _sync(top)
+            self._named.add(file.parent)
 
     def get(self, key: str) -> bytes:
         """Raises FileNotFoundError where there is none, ValueError where the bytes are not those that were stored."""
@@ -45,11 +55,9 @@ def _path(key: str) -> str:
     return f"{key[:2]}/{key}"
 
 
-def _sync(file: Path, top: Path) -> None:
-    """The file, and the folders that name it, up to the store's own: else a power loss could forget the name."""
-    for path in (file, file.parent, top):
-        descriptor = os.open(path, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
