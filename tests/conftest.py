@@ -1,6 +1,7 @@
 """A service in this process: the real application and database, with a worker in a thread instead of processes."""
 
 import json
+import os
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -27,7 +28,8 @@ from stillroom.store.tables import metadata
 from tests import postgresql
 from tests.homes import ORIGIN, RESOLUTION, Image, home, png
 
-hypothesis.settings.register_profile("stillroom", deadline=None)  # how fast the machine is, is not under test
+# how fast the machine is, is not under test; CI asks the same questions every time, people ask new ones
+hypothesis.settings.register_profile("stillroom", deadline=None, derandomize="CI" in os.environ)
 hypothesis.settings.load_profile("stillroom")
 
 ADMIN_TOKEN = "operator-of-the-tests"

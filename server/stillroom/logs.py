@@ -1,8 +1,19 @@
 """Log lines on standard error: one event a line with its values; tracebacks without the values of variables."""
 
 import sys
+from typing import TextIO, cast
 
 import structlog
+
+
+class _StandardError:
+    """Standard error as it is when a line is written: who configures logging may have replaced it for a while."""
+
+    def write(self, text: str) -> int:
+        return sys.stderr.write(text)
+
+    def flush(self) -> None:
+        sys.stderr.flush()
 
 
 def configure() -> None:
@@ -20,5 +31,5 @@ def configure() -> None:
             structlog.processors.TimeStamper(fmt="iso", utc=True),
             *render,
         ],
-        logger_factory=structlog.PrintLoggerFactory(sys.stderr),
+        logger_factory=structlog.PrintLoggerFactory(cast(TextIO, _StandardError())),
     )

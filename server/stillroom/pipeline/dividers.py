@@ -52,6 +52,7 @@ def attach(
         return Adrift(0, 0.0)
     along = along / length
     rings = shapely.get_rings(shapely.get_parts(floor))
+    reach_m += GRID_M
     barriers = shapely.multilinestrings([*map(LineString, rings), *(LineString(other) for other in others)])
     stations = _crossings(ends[0], along, length, barriers, reach_m)
     moved = ends.copy()
@@ -67,7 +68,8 @@ def attach(
             return Adrift(end, gap)
     placed = as_line(_on_grid(moved, barriers))
     within = as_points(placed)[0] + STATIONS[:, None] * (as_points(placed)[1] - as_points(placed)[0])
-    on_floor = shapely.contains_xy(floor, within).mean() * np.hypot(*(moved[1] - moved[0]))
+    dividing = shapely.contains_xy(floor, within) & (shapely.distance(shapely.points(within), barriers) > TOUCH_M)
+    on_floor = dividing.mean() * np.hypot(*(moved[1] - moved[0]))
     if (moved[1] - moved[0]) @ along < SHORTEST_M or on_floor < SHORTEST_M:
         return Adrift(1, 0.0)
     return Attached(placed)
@@ -86,6 +88,7 @@ def _detour(tracked: bool, along_m: float, gap_m: float) -> bool:
 
 def _crossings(start: Points, along: Points, length: float, barriers: shapely.Geometry, reach_m: float) -> Points:
     """Distances along the line, from `start`, at which it meets a barrier, from reach before its beginning to reach beyond its end."""
+    reach_m += 2 * TOUCH_M
     ray = LineString([start - reach_m * along, start + (length + reach_m) * along])
     met = shapely.get_coordinates(shapely.intersection(ray, barriers))
     stations = np.unique(np.round((met - start) @ along, 6)) if len(met) else np.zeros(0)
