@@ -8,7 +8,7 @@ from hashlib import sha256
 from itertools import islice
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, FailFast, Field, ValidationError
 
 from stillroom.documents.images import Mode, Reading
 from stillroom.documents.json_text import load_json
@@ -35,6 +35,7 @@ Metres = Annotated[float, Field(strict=True, ge=-FARTHEST_M, le=FARTHEST_M, allo
 Resolution = Annotated[float, Field(strict=True, ge=0.001, le=1.0, allow_inf_nan=False)]
 Radians = Annotated[float, Field(strict=True, ge=-100, le=100, allow_inf_nan=False)]
 Position = tuple[Metres, Metres]
+Positions = Annotated[list[Position], FailFast()]
 PoseDocument = tuple[Metres, Metres, Radians]
 Label = Annotated[str, Field(max_length=100, pattern=r"^[^\x00-\x1f]*$")]
 Count = Annotated[int, Field(ge=0, le=2**53 - 1)]
@@ -52,9 +53,9 @@ class TrackingDocument(BaseModel):
 
     model_config = ConfigDict(strict=True)
 
-    rooms: dict[str, list[Position]] = {}
-    dividers: dict[str, list[Position]] = {}
-    submaps: list[SubmapDocument] = []
+    rooms: dict[str, Positions] = {}
+    dividers: dict[str, Positions] = {}
+    submaps: Annotated[list[SubmapDocument], FailFast()] = []
     transform: PoseDocument | None = None
 
     def as_tracking(self) -> Tracking:
