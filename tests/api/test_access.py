@@ -207,4 +207,4 @@ def test_what_nobody_has_allowed_is_refused() -> None:
     principals: list[Principal] = [Operator(), Owner("ann@example.org"), Robot("RB-1")]
     for principal in principals:
         with pytest.raises(Forbidden):
-            authorise(principal, "delete", "RB-1", row)  # type: ignore[arg-type]
+            authorise(principal, "delete", "RB-1", lambda: row)  # type: ignore[arg-type]

@@ -18,6 +18,7 @@ from stillroom.service.signals import Signals
 from stillroom.store import robots
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
+from stillroom.store.rows import RobotRow
 
 SESSION_COOKIE = "stillroom_session"
 SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
@@ -89,9 +90,11 @@ def allowed(action: Action) -> Callable[..., None]:
     """A dependency that lets only those pass who may do `action` to the robot that the path names."""
 
     def check(service: Service, who: Caller, robot_id: RobotId) -> None:
-        with service.database.read() as tx:
-            row = robots.get(tx, robot_id)
-        accounts.authorise(who, action, robot_id, row)
+        def robot() -> RobotRow | None:
+            with service.database.read() as tx:
+                return robots.get(tx, robot_id)
+
+        accounts.authorise(who, action, robot_id, robot)
 
     return check
 

@@ -2,6 +2,7 @@
 
 import hmac
 import secrets
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from hashlib import sha256
@@ -36,8 +37,10 @@ Principal = Operator | Robot | Owner
 Action = Literal["read", "upload", "edit"]
 
 
-def authorise(caller: Principal, action: Action, robot_id: str, robot: RobotRow | None) -> RobotRow:
-    """The robot, if `caller` may do `action` to what is its. Raises Forbidden, or NotFound where the caller may know that.
+def authorise(caller: Principal, action: Action, robot_id: str, robot: Callable[[], RobotRow | None]) -> None:
+    """Passes if `caller` may do `action` to what is the robot's. Raises Forbidden, or NotFound where the caller may know that.
+
+    `robot` looks the robot up; a robot that calls for itself needs no look-up: its token was found.
 
     A robot reads and uploads to its own maps. Owners and operators read and edit; they upload nothing, because occupancy
     is the robot's.
@@ -46,14 +49,15 @@ def authorise(caller: Principal, action: Action, robot_id: str, robot: RobotRow 
         case Robot(own):
             allowed = own == robot_id and action in ("read", "upload")
         case Owner(email):
-            allowed = robot is not None and robot.owner == email and action in ("read", "edit")
+            found = robot()
+            allowed = found is not None and found.owner == email and action in ("read", "edit")
         case Operator():
-            if robot is None:
+            found = robot()
+            if found is None:
                 raise NotFound(f"There is no robot {robot_id}.")
-            allowed = robot.owner is None and action in ("read", "edit")
-    if not allowed or robot is None:
+            allowed = found.owner is None and action in ("read", "edit")
+    if not allowed:
         raise Forbidden(f"This caller may not {action} {robot_id}.")
-    return robot
 
 
 def authorise_operator(caller: Principal) -> None:

@@ -79,12 +79,12 @@ class NewVersion:
 
 def add_version(tx: Transaction, map_id: int, new: NewVersion, now: datetime) -> int:
     """Adds a version after all others and puts it in force; the lane must be locked. Answers with its number."""
-    taken = tx.execute(sa.select(sa.func.max(version.c.number)).where(version.c.map_id == map_id)).scalar()
-    number: int = (taken or 0) + 1
-    tx.execute(
-        sa.insert(version).values(
+    taken = sa.select(sa.func.coalesce(sa.func.max(version.c.number), 0)).where(version.c.map_id == map_id)
+    added = (
+        sa.insert(version)
+        .values(
             map_id=map_id,
-            number=number,
+            number=taken.scalar_subquery() + 1,
             parent=new.parent,
             cause=new.cause,
             mission=new.mission,
@@ -97,7 +97,9 @@ def add_version(tx: Transaction, map_id: int, new: NewVersion, now: datetime) ->
             rooms=len(new.rooms),
             document=new.document,
         )
+        .returning(version.c.number)
     )
+    number: int = tx.execute(added).scalar_one()
     tx.execute(sa.update(map_).where(map_.c.id == map_id).values(head=number, used_ids=new.used_ids))
     ended = room.c.map_id == map_id, room.c.id.not_in([room_id for room_id, _, _ in new.rooms])
     tx.execute(sa.update(room).where(*ended, room.c.retired.is_(False)).values(retired=True, survivor=None))
