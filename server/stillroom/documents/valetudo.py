@@ -33,8 +33,8 @@ CORNERS: dict[str, tuple[RestrictionKind, int]] = {
 }
 """Kind and least number of points of each entity that restricts the robot."""
 ENTITY_OF: dict[RestrictionKind, str] = {kind: entity for entity, (kind, _) in CORNERS.items()}
-MAX_SEGMENTS = 1000
-MAX_RESTRICTIONS = 1000
+MAX_SEGMENTS = 250
+MAX_RESTRICTIONS = 500
 
 Numbers = npt.NDArray[np.int64]
 Centimetres = Annotated[float, Field(strict=True, ge=-100 * FARTHEST_M, le=100 * FARTHEST_M, allow_inf_nan=False)]

@@ -125,8 +125,7 @@ def _indices(points: Points, frame: GridFrame) -> npt.NDArray[np.int32]:
 def _fill(labels: Labels, inside: Mask, resolution: float, params: Params) -> Labels:
     """A label for every cell of the floor: its own, that of the nearest segment, or a new one where as much as a room has none."""
     known = np.where(inside, labels, 0).astype(np.int32)
-    for label in np.unique(known[known > 0]).tolist():
-        _drop_small(known, known == label, params.face_area_m2 / resolution**2)
+    _drop_crumbs(known, params.face_area_m2 / resolution**2)
     count, open_, stats, _ = cv2.connectedComponentsWithStats((inside & (known == 0)).view(np.uint8), connectivity=4)
     large = np.flatnonzero(stats[:, cv2.CC_STAT_AREA] * resolution**2 >= params.room_area_m2)
     new = np.zeros(count, np.int32)
@@ -143,13 +142,21 @@ def _fill(labels: Labels, inside: Mask, resolution: float, params: Params) -> La
     return np.asarray(np.where(inside, of_zone[nearest], 0))
 
 
-def _drop_small(labels: Labels, mask: Mask, cells: float) -> None:
-    """Forgets the label of all components of `mask` smaller than `cells`, if a larger one is left."""
-    count, parts, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=4)
-    small = stats[:, cv2.CC_STAT_AREA] < cells
-    small[0] = False
-    if count > 2 and not small[1:].all():
-        labels[small[parts]] = 0
+def _drop_crumbs(labels: Labels, cells: float) -> None:
+    """Forgets the label of all connected parts of a segment that are smaller than `cells`."""
+    place = np.flatnonzero(labels)
+    value = labels.flat[place]
+    order = np.argsort(value, kind="stable")
+    for mine in np.split(place[order], np.flatnonzero(np.diff(value[order])) + 1):
+        if not len(mine):
+            continue
+        rows, columns = np.divmod(mine, labels.shape[1])
+        box = labels[rows[0] : rows[-1] + 1, columns.min() : columns.max() + 1]
+        mask = (box == labels.flat[mine[0]]).view(np.uint8)
+        _, parts, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
+        small = stats[:, cv2.CC_STAT_AREA] < cells
+        small[0] = False
+        box[small[parts]] = 0
 
 
 # -- dividers ------------------------------------------------------------------------------------------------------
@@ -170,13 +177,14 @@ def _dividers(floor: MultiPolygon, inside: Mask, labels: Labels, frame: GridFram
     lines: list[Line] = []
     for chain in chains:
         simple = shapely.get_coordinates(shapely.simplify(LineString(chain), tolerance))
-        points = frame.to_map(simple)
+        traced = frame.to_map(simple)
+        points = traced.copy()
         for end, inner in ((0, 1), (-1, -2)):
             corner = _corner(simple[end])
             if corner in meeting:
                 points[end] = meeting[corner]
             else:
-                points[end] = _on_wall(points[inner], points[end], walls, params.divider_reach_m)
+                points[end] = _on_wall(traced[inner], traced[end], walls, params.divider_reach_m)
         lines += _clipped(np.round(points, 3), floor)
     return tuple(lines)
 
