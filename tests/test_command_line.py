@@ -3,18 +3,22 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import httpx2
 import pytest
 
 from stillroom import uploading
 from stillroom.__main__ import main
+from stillroom.documents.exports import ExportFormat
+from stillroom.file_commands import FORMATS
 from stillroom.settings import Settings
 from stillroom.store.database import Database
 from stillroom.store.migrate import is_current
-from tests.conftest import RobotCaller, Service
-from tests.homes import home, png
+from tests.api.test_formats import valetudo
+from tests.conftest import RobotCaller, Service, features
+from tests.documents.test_umf import umf
+from tests.homes import home, pixels, png
 
 YAML = "image: first.pgm\nresolution: 0.05\norigin: [-1.0, -2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
 
@@ -56,7 +60,9 @@ def online(service: Service, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
             assert isinstance(first, httpx2.Response)
             return first
         headers = {name: value for name, value in request.headers.items() if name != "host"}
-        real = service.http.request(request.method, request.url.path, headers=headers, content=request.read())
+        real = service.http.request(
+            request.method, request.url.raw_path.decode(), headers=headers, content=request.read()
+        )
         return httpx2.Response(real.status_code, headers=dict(real.headers), content=real.content)
 
     monkeypatch.setattr(httpx2, "Client", Client)
@@ -164,6 +170,101 @@ def test_upload_says_what_is_wrong_with_a_file(
         (maps / name).write_text(content)
     assert upload(maps / name) == 1
     assert said in capsys.readouterr().err
+
+
+def test_upload_sends_json_maps_and_says_when_their_rooms_were_not_taken(
+    upload: Upload, maps: Path, robot: RobotCaller, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("one", "two"):
+        (maps / f"{name}.json").write_text(json.dumps(valetudo()))
+    assert upload(maps / "one.json") == 0
+    assert "as the robot has them" in capsys.readouterr().out
+    assert upload(maps / "two.json", "--sequence", 1) == 0
+    assert "those in the file were not taken" in capsys.readouterr().err
+    rooms = features(robot.get(robot.path()).json(), "room")
+    assert "Küche" in {room["properties"]["name"] for room in rooms}
+
+
+def test_upload_makes_a_map_of_a_umf_document(upload: Upload, maps: Path, robot: RobotCaller) -> None:
+    (maps / "umf.json").write_text(json.dumps(umf()))
+    assert upload(maps / "umf.json") == 0
+    made = robot.get(robot.path()).json()
+    assert {room["properties"]["name"] for room in features(made, "room")} == {"Kitchen", "Room 2"}
+    assert len(features(made, "divider")) == len(features(made, "restriction")) == 1
+
+
+def test_upload_takes_the_image_beside_a_yaml_file_that_was_made_on_another_machine(upload: Upload, maps: Path) -> None:
+    (maps / "first.yaml").write_text(YAML.replace("first.pgm", "/home/somebody/maps/kitchen.pgm"))
+    assert upload(maps / "first.yaml") == 0
+
+
+@pytest.fixture
+def uploaded(upload: Upload, maps: Path) -> Path:
+    assert upload(maps / "first.yaml") == 0
+    return maps
+
+
+def export(robot: RobotCaller, *arguments: object) -> int:
+    return main(["export", *map(str, arguments), "--robot", robot.id, "--map", "ground", "--token", robot.token])
+
+
+def test_export_saves_a_version_under_the_name_that_the_service_gives_it(
+    uploaded: Path, robot: RobotCaller, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(uploaded)
+    assert export(robot, "--format", "geojson") == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "RB-1-ground-v1.geojson"
+    saved = json.loads((uploaded / "RB-1-ground-v1.geojson").read_text())
+    assert saved == robot.get(f"{robot.path()}/versions/1").json()
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_export_knows_every_format_of_the_service(uploaded: Path, robot: RobotCaller, kind: str) -> None:
+    assert export(robot, "--format", kind, "--version", 1, "--out", uploaded / "out") == 0
+    answer = robot.get(f"{robot.path()}/versions/1/export?format={kind}")
+    assert (uploaded / "out").read_bytes() == answer.content
+    assert get_args(ExportFormat) == FORMATS
+
+
+def test_export_says_why_it_can_t(
+    uploaded: Path, robot: RobotCaller, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert export(robot, "--format", "png", "--version", 9) == 1
+    assert "no version 9" in capsys.readouterr().err
+    assert export(robot, "--format", "png", "--out", uploaded / "none" / "x") == 1
+    monkeypatch.delenv("STILLROOM_TOKEN", raising=False)
+    assert main(["export", "--robot", "RB-1", "--map", "ground", "--format", "png"]) == 1
+    assert "STILLROOM_TOKEN" in capsys.readouterr().err
+
+
+def test_render_draws_maps_of_any_format_and_a_sheet_of_all(
+    maps: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (maps / "robot.json").write_text(json.dumps(valetudo()))
+    (maps / "umf.json").write_text(json.dumps(umf()))
+    files = [maps / name for name in ("first.yaml", "third.png", "robot.json", "umf.json")]
+    out, sheet = tmp_path / "pictures", tmp_path / "sheet.png"
+    assert main(["render", *map(str, files), "--rooms", "--out", str(out), "--sheet", str(sheet)]) == 0
+    told = capsys.readouterr().out
+    assert "first, 200 x 120, 2 rooms" in told
+    drawn = {path.name: pixels(path.read_bytes()).shape for path in out.iterdir()}
+    assert sorted(drawn) == ["first.png", "robot.png", "third.png", "umf.png"]
+    assert len(pixels(sheet.read_bytes()).shape) == 3
+    assert main(["render", str(files[0]), "--out", str(out)]) == 0
+    assert (out / "first-2.png").is_file()
+
+
+def test_render_goes_on_after_a_file_that_can_t_be_read(
+    maps: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (maps / "cut.png").write_bytes(png(home())[:100])
+    files = [str(maps / name) for name in ("cut.png", "none.png", "first.pgm")]
+    assert main(["render", *files, "--sheet", str(tmp_path / "sheet.png")]) == 1
+    assert (tmp_path / "sheet.png").is_file()
+    said = capsys.readouterr().err
+    assert "cut off or damaged" in said
+    assert "no such file" in said
+    assert main(["render", *files]) == 1
 
 
 @pytest.mark.usefixtures("environment")

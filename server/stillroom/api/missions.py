@@ -57,7 +57,7 @@ _UPLOAD: dict[str, Any] = {
                     },
                 },
                 "encoding": {
-                    "grid": {"contentType": "image/png, image/x-portable-graymap"},
+                    "grid": {"contentType": "image/png, image/x-portable-graymap, application/json"},
                     "meta": {"contentType": "application/json"},
                 },
             }
