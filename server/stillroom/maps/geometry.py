@@ -51,7 +51,10 @@ class Pose:
         return np.array([[c, -s], [s, c]])
 
     def apply(self, points: Points) -> Points:
-        return points @ self.rotation.T + (self.x, self.y)
+        # coordinate by coordinate, not as a matrix product: equal points must stay equal, or rings would not close
+        c, s = cos(self.yaw), sin(self.yaw)
+        x, y = points[:, 0], points[:, 1]
+        return np.stack([c * x - s * y + self.x, s * x + c * y + self.y], 1)
 
     def inverse(self) -> "Pose":
         c, s = cos(self.yaw), sin(self.yaw)

@@ -17,6 +17,10 @@ Mask = npt.NDArray[np.bool_]
 """Shape (height, width); row 0 is the lowest y."""
 
 
+LARGEST = 20_000_000
+"""Cells of a grid, at the most."""
+
+
 class Cell(IntEnum):
     UNEXPLORED = 0
     FREE = 1
@@ -78,6 +82,29 @@ class OccupancyGrid:
     def occupied_distance(self) -> npt.NDArray[np.float32]:
         """Metres from each cell's centre to the nearest occupied cell's; infinite where there is none."""
         return distance_to(self.occupied, self.frame.resolution)
+
+    def covering(self, points: Points) -> "OccupancyGrid":
+        """The grid with as much unexplored space around it as it takes to hold `points` (n, 2) of the map frame.
+
+        As it is where that would take more than `LARGEST` cells: points that far off are a mistake.
+        """
+        if not len(points):
+            return self
+        cells = self.frame.to_cells(points)
+        west, south = np.maximum(np.ceil(-cells.min(0)), 0).astype(int).tolist()
+        size = (self.frame.width, self.frame.height)
+        east, north = np.maximum(np.ceil(cells.max(0)) - size, 0).astype(int).tolist()
+        cells_then = (self.frame.width + west + east) * (self.frame.height + south + north)
+        if cells_then == self.cells.size or cells_then > max(LARGEST, self.cells.size):
+            return self
+        corner = self.frame.to_map(np.array([[-west, -south]], dtype=np.float64))[0].tolist()
+        frame = GridFrame(
+            self.frame.resolution,
+            self.frame.width + west + east,
+            self.frame.height + south + north,
+            Pose(corner[0], corner[1], self.frame.origin.yaw),
+        )
+        return OccupancyGrid(frame, np.pad(self.cells, ((south, north), (west, east))))
 
 
 def distance_to(mask: Mask, resolution: float) -> npt.NDArray[np.float32]:

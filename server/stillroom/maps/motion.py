@@ -48,7 +48,9 @@ class Motion:
         moved = np.empty_like(points)
         moved[known] = self.target[where[known]]
         if not known.all():
-            moved[~known] = _moving_least_squares(points[~known], self.source, self.target, BLEND_M)
+            # equal points must stay equal, or rings would not close
+            others, where_again = np.unique(points[~known], axis=0, return_inverse=True)
+            moved[~known] = _moving_least_squares(others, self.source, self.target, BLEND_M)[where_again]
         return moved
 
     def consensus(self, points: Points, reach_m: float, outlier_m: float) -> Points:

@@ -31,11 +31,11 @@ FRONTIER_WEIGHT = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """`motion` from the previous frame to the grid's; `share` of the walls in sight that lie where it puts them; `seen` of them in metres."""
+    """`motion` from the previous frame to the grid's; `seen`: share of the walls in sight; `share`: of those, that lie where it puts them."""
 
     motion: Motion
     share: float
-    seen_m: float
+    seen: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ def align(previous: SemanticMap, motion: Motion, grid: OccupancyGrid, reach_m: f
     )
     hit = (np.abs(offset) <= params.alignment_inlier_m + grid.frame.resolution / 2) & (weight > 0)
     share = float((hit & seen).sum() / max(int(seen.sum()), 1))
-    return Alignment(Motion.through(vertices, places + shift), share, float(seen.sum()) * SAMPLE_M)
+    return Alignment(Motion.through(vertices, places + shift), share, float(seen.mean()))
 
 
 def _moved(lines: Sequence[Points], motion: Motion) -> list[Points]:

@@ -24,6 +24,7 @@ def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = 
     polygons = partition(floor, lines, params.face_area_m2)
     rooms, ids = new_rooms(polygons, mission_id, ids)
     dividers, ids = new_dividers(lines, rooms, ids)
+    dividers = tuple(divider for divider in dividers if len(divider.rooms) > 1)
     (version,), ids = ids.take("v")
     return SemanticMap(
         frame=grid.frame,

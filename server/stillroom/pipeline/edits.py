@@ -150,7 +150,7 @@ def apply_edits(previous: SemanticMap, operations: Sequence[Operation], params: 
     _check_untouched(draft, floor)
     lines = [d.line for d in draft.dividers]
     meta_lines = [d.line for d in previous.meta.dividers]
-    pieces = partition(floor, lines + meta_lines)
+    pieces = partition(floor, lines + meta_lines, params.face_area_m2)
     rooms, retired, ids = _match(previous.rooms, pieces, draft.ids)
     rooms = _named(rooms, draft.names, retired)
     edited = replace(

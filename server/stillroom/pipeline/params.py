@@ -73,6 +73,8 @@ class Params:
     alignment_inlier_m: float = 0.10
     registration_certain: float = 0.85
     """Where the walls in sight lie as before to this share, no other pose is tried."""
+    registration_seen: float = 0.3
+    """Of the walls known so far, so many must be in sight for that."""
     registration_share: float = 0.4
     """A frame counts as found where this share of the walls lies within `alignment_inlier_m` of where it puts them,"""
     registration_floor: float = 0.74

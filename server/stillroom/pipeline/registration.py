@@ -59,7 +59,12 @@ def register(previous: SemanticMap, grid: OccupancyGrid, params: Params) -> Regi
     at_rest = align(previous, IDENTITY, grid, params.search_reach_m, params)
     known, free = _areas(previous, grid)
     common = _common_floor(previous, at_rest.motion, grid)
-    if at_rest.share >= params.registration_certain and common >= params.registration_floor * min(known, free):
+    enough = at_rest.seen >= params.registration_seen
+    if (
+        enough
+        and at_rest.share >= params.registration_certain
+        and common >= params.registration_floor * min(known, free)
+    ):
         return Registration(at_rest.motion, at_rest.share, common / min(known, free), 0.0)
     before = sample_walls([as_points(wall.line) for wall in previous.walls])
     floor = outline(separate_clutter(grid, params).floor, grid.frame, params, smallest_m2=params.pocket_area_m2)

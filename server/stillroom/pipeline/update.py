@@ -5,7 +5,10 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+import shapely
+
 from stillroom.maps.constraints import Violation, violations
+from stillroom.maps.geometry import Points, as_points
 from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.mission import Mission
 from stillroom.maps.motion import Motion
@@ -97,15 +100,22 @@ def update_map(
             motion = align(previous, mission.motion, mission.grid, params.alignment_reach_m, params).motion
     with stage("transfer"):
         tracked = track(previous, motion, mission.grid.frame)
-        transfer = transfer_semantics(tracked, mission.grid, mission.id, params)
+        # what this mission did not see may lie beyond its grid
+        grid = mission.grid.covering(_corners(tracked))
+        transfer = transfer_semantics(tracked, grid, mission.id, params)
         restrictions = carry_restrictions(
             previous.restrictions, motion, previous.rooms, transfer.candidate.rooms, mission.grid.frame
         )
         transfer = replace(transfer, candidate=replace(transfer.candidate, restrictions=restrictions))
     with stage("conflicts"):
         rooms = score_rooms(tracked, transfer.candidate, transfer.visited, params)
-        broken = violations(transfer.candidate, mission.grid, params.wall_reach_m)
+        broken = violations(transfer.candidate, grid, params.wall_reach_m)
     return decide(previous, motion, transfer, rooms, broken)
+
+
+def _corners(tracked: SemanticMap) -> Points:
+    """Every corner of a room, shape (n, 2)."""
+    return as_points(shapely.get_coordinates([room.polygon for room in tracked.rooms]))
 
 
 def _parked(previous: SemanticMap, registered: Registration) -> MapUpdate:
