@@ -2,6 +2,7 @@
 
 import json
 import os
+import secrets
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -157,7 +158,7 @@ _postgresql = pytest.StashKey[Path]()
 
 def pytest_configure(config: pytest.Config) -> None:
     told: dict[str, str] = getattr(config, "workerinput", {})
-    folder = told["postgresql"] if told else tempfile.mkdtemp(prefix="stillroom-postgresql-")
+    folder = told.get("postgresql") or f"{tempfile.gettempdir()}/stillroom-postgresql-{secrets.token_hex(4)}"
     config.stash[_postgresql] = Path(folder)
 
 

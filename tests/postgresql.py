@@ -29,7 +29,7 @@ SETTINGS = (
 
 
 class Server:
-    """In a folder of its own; started by the first process that asks for it, stopped by the one that made the folder."""
+    """In a folder of its own; started by the first process that asks for it, stopped by the one that began the run."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -47,6 +47,7 @@ class Server:
     @contextmanager
     def started(self) -> Iterator[bool]:
         """The server runs; True within the block of the one process that started it, for which the others wait."""
+        self._folder.mkdir(mode=0o700, exist_ok=True)
         with (self._folder / "lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             runs = (self._data / "postmaster.pid").exists()
@@ -57,7 +58,8 @@ class Server:
     def stop(self) -> None:
         if (self._data / "postmaster.pid").exists():
             self._run("pg_ctl", "stop", "-D", str(self._data), "-m", "immediate", "-w")
-        shutil.rmtree(self._folder, ignore_errors=True)
+        if self._folder.exists():
+            shutil.rmtree(self._folder)
 
     def _start(self) -> None:
         if os.geteuid() == 0:

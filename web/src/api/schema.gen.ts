@@ -147,6 +147,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/robots/{robot}/maps/{map}/missions/{mission}/placement": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Place
+         * @description Says which floor a parked mission belongs to: another one, a new one, or this one after a reset.
+         *
+         *     The answer comes when the mission has been processed there, or with 202 after 30 s or what `Prefer` says.
+         */
+        post: operations["place_api_v1_robots__robot__maps__map__missions__mission__placement_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/robots/{robot}/maps/{map}/rooms/{room}": {
         parameters: {
             query?: never;
@@ -239,6 +261,26 @@ export interface paths {
          * @description What the occupancy pixels mean: 254 free, 0 occupied, 205 unexplored.
          */
         get: operations["show_cells_api_v1_robots__robot__maps__map__versions__version__cells_png_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/robots/{robot}/maps/{map}/versions/{version}/export": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Export Version
+         * @description A version as a file: GeoJSON, Nav2's YAML and PGM or keep-out mask in a zip, OccupancyGrid JSON, Valetudo JSON, a picture.
+         */
+        get: operations["export_version_api_v1_robots__robot__maps__map__versions__version__export_get"];
         put?: never;
         post?: never;
         delete?: never;
@@ -434,6 +476,18 @@ export interface components {
              */
             kind: "operator" | "robot" | "owner";
         };
+        /**
+         * CandidateDocument
+         * @description A floor that a parked mission could belong to.
+         */
+        CandidateDocument: {
+            /** Certain */
+            certain: boolean;
+            /** Map */
+            map: string;
+            /** Share */
+            share: number;
+        };
         /** ClutterFeature */
         ClutterFeature: {
             geometry: components["schemas"]["Polygon"];
@@ -468,6 +522,34 @@ export interface components {
             owner: string | null;
             /** Token */
             token: string;
+        };
+        /**
+         * DecisionDocument
+         * @description Where a person put a parked mission, and what came of it there.
+         */
+        DecisionDocument: {
+            /**
+             * Decided At
+             * Format: date-time
+             */
+            decided_at: string;
+            /** Decided By */
+            decided_by: string;
+            /** Map */
+            map: string;
+            /** Mission */
+            mission: string;
+            /** Outcome */
+            outcome: ("created" | "updated" | "resolved" | "needs_review" | "reverted" | "superseded" | "parked") | null;
+            /** Reason */
+            reason: string;
+            /**
+             * Status
+             * @enum {string}
+             */
+            status: "queued" | "processing" | "done";
+            /** Version */
+            version: number | null;
         };
         /** DividerFeature */
         DividerFeature: {
@@ -572,7 +654,8 @@ export interface components {
         };
         /**
          * Event
-         * @description `mission`: one was processed; `version`: a new one is in force; `settings`: a map was renamed.
+         * @description `mission`: one was processed; `version`: a new one is in force; `decision`: a person placed a parked mission; `settings`: a
+         *     map was renamed.
          */
         Event: {
             /**
@@ -589,7 +672,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "mission" | "version" | "settings";
+            kind: "mission" | "version" | "decision" | "settings";
             /** Map */
             map: string;
             /**
@@ -801,8 +884,11 @@ export interface components {
             algorithm: string | null;
             /** Base Version */
             base_version: number | null;
+            /** Candidates */
+            candidates: components["schemas"]["CandidateDocument"][];
             /** Conflicts */
             conflicts: string[];
+            decision: components["schemas"]["DecisionDocument"] | null;
             /** Discovered Rooms */
             discovered_rooms: string[];
             /** Ended At */
@@ -982,6 +1068,11 @@ export interface components {
             items: components["schemas"]["VersionListItem"][];
             /** Next */
             next: string | null;
+        };
+        /** Placement */
+        Placement: {
+            /** Map */
+            map: string;
         };
         /** Polygon */
         Polygon: {
@@ -1685,6 +1776,55 @@ export interface operations {
             };
         };
     };
+    place_api_v1_robots__robot__maps__map__missions__mission__placement_post: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description wait=SECONDS: answer when the mission is done, or after that long (at most 60; RFC 7240) */
+                Prefer?: string;
+            };
+            path: {
+                robot: string;
+                map: string;
+                mission: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Placement"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MissionDocument"];
+                };
+            };
+            /** @description Accepted */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MissionDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     show_room_api_v1_robots__robot__maps__map__rooms__room__get: {
         parameters: {
             query?: never;
@@ -1837,6 +1977,44 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
+                    "image/png": string;
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_version_api_v1_robots__robot__maps__map__versions__version__export_get: {
+        parameters: {
+            query: {
+                format: "geojson" | "nav2" | "keepout" | "occupancy_grid" | "valetudo" | "png";
+            };
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                version: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/geo+json": unknown;
+                    "application/json": unknown;
+                    "application/zip": string;
                     "image/png": string;
                 };
             };

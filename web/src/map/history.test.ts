@@ -37,6 +37,8 @@ function mission(id: string, minute: number, outcome: Mission["outcome"]): Missi
     discovered_rooms: [],
     warnings: [],
     reason: "",
+    candidates: [],
+    decision: null,
     timings_ms: {},
     started_at: null,
     ended_at: null,
