@@ -12,7 +12,7 @@ from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.semantics import Ids
 from stillroom.pipeline.adoption import RobotSemantics, adopt_map, cells_in
 from stillroom.pipeline.params import PARAMS
-from tests.conftest import RobotCaller
+from tests.conftest import RobotCaller, Service
 from tests.real.shared import DATA, parameters
 
 A_FEW_OF_EACH = (
@@ -74,14 +74,14 @@ def test_the_segments_of_a_robot_are_its_rooms(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", parameters("valetudo/**/z10*restrictions.json", "ros_maps/gpdas__house.pgm"))
-def test_it_can_be_uploaded(robot: RobotCaller, path: Path) -> None:
+def test_it_can_be_uploaded(service: Service, robot: RobotCaller, path: Path) -> None:
     file = open_map(path)
     meta = (ASSUMED | file.meta) if file.is_image else {"resolution": None, "origin": None}
-    answer = robot.upload("1", file.content, grid_type=file.media_type, **meta)
-    assert answer.status_code == 201, answer.text
-    assert answer.json()["outcome"] == "created", answer.text
-    document = robot.get(robot.path()).json()
-    assert document["features"]
+    answer = robot.upload("1", file.content, grid_type=file.media_type, wait=None, **meta)
+    assert answer.status_code in (201, 202), answer.text
+    service.worker.settle()
+    assert robot.get(f"{robot.path()}/missions/1").json()["outcome"] == "created"
+    assert robot.get(robot.path()).json()["version"] == 1
 
 
 def test_each_of_the_few_is_there_where_there_are_any() -> None:

@@ -117,9 +117,13 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
 def _apart(parts: list[Polygon]) -> list[Polygon]:
     """Parts that thin walls hold apart, and straightened edges don't: the larger keeps what both claim."""
     parts = sorted(parts, key=lambda p: -p.area)
+    grown: dict[int, tuple[Polygon, shapely.Geometry]] = {}
     for i, j in np.sort(shapely.STRtree(parts).query(parts, predicate="intersects").T).tolist() if parts else []:
         if i < j:
-            rest = polygons_in(shapely.difference(parts[j], shapely.buffer(parts[i], 2 * GRID_M), grid_size=GRID_M))
+            # A large part with hundreds of small ones beside it is grown once.
+            if i not in grown or grown[i][0] is not parts[i]:
+                grown[i] = parts[i], shapely.buffer(parts[i], 2 * GRID_M)
+            rest = polygons_in(shapely.difference(parts[j], grown[i][1], grid_size=GRID_M))
             parts[j] = max(rest, key=lambda p: p.area, default=Polygon())
     return [part for part in parts if not part.is_empty]
 
