@@ -9,16 +9,13 @@ from shapely import LineString, Polygon
 
 from stillroom.documents.images import Reading, as_grey, encode_pgm
 from stillroom.errors import Fault, InvalidInput
-from stillroom.maps.geometry import as_points, polygons_in
+from stillroom.maps.geometry import as_points
 from stillroom.maps.grid import Cell, Cells, GridFrame, OccupancyGrid
 from stillroom.maps.semantics import Restriction, SemanticMap
-from stillroom.pipeline.adoption import cells_in
 
 FIELDS = ("resolution", "origin", "mode", "negate", "occupied_thresh", "free_thresh")
 """Those that `meta` of an upload has too."""
 KEEP_OUT = ("no_go", "virtual_wall")
-TOUCHED = 0.75
-"""A cell whose centre is nearer than this, in cells, to a shape is touched by it; it may be a little more."""
 
 
 def read_yaml(content: bytes) -> tuple[str, dict[str, Any]]:
@@ -67,8 +64,12 @@ def _files(name: str, frame: GridFrame, cells: Cells, comment: str | None = None
 
 
 def _block(cells: Cells, restriction: Restriction, frame: GridFrame) -> None:
-    points = as_points(restriction.shape)
+    """Row by row, so that memory stays small however large the zone is."""
+    points = frame.to_cells(as_points(restriction.shape))
     shape = LineString(points) if restriction.kind == "virtual_wall" else shapely.make_valid(Polygon(points))
-    corners = as_points([(-2, -2), (frame.width + 2, -2), (frame.width + 2, frame.height + 2), (-2, frame.height + 2)])
-    grown = shapely.intersection(shapely.buffer(shape, TOUCHED * frame.resolution), Polygon(frame.to_map(corners)))
-    cells[cells_in(polygons_in(grown), frame)] = Cell.OCCUPIED
+    shapely.prepare(shape)
+    low, high = np.floor(points.min(0)).astype(int), np.floor(points.max(0)).astype(int)
+    columns = np.arange(max(low[0], 0), min(high[0] + 1, frame.width))
+    for row in range(max(int(low[1]), 0), min(int(high[1]) + 1, frame.height)):
+        touched = shapely.intersects(shape, shapely.box(columns, row, columns + 1, row + 1))
+        cells[row, columns[touched]] = Cell.OCCUPIED
