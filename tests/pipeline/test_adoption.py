@@ -1,16 +1,15 @@
 """First maps with the rooms that the robot's own app already has."""
 
 import numpy as np
-import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from shapely import Polygon
 
 from stillroom.maps.constraints import violations
-from stillroom.maps.geometry import Points, Pose, as_points
 from stillroom.maps.grid import GridFrame, OccupancyGrid
 from stillroom.maps.semantics import Ids, Restriction, SemanticMap
-from stillroom.pipeline.adoption import Labels, RobotSemantics, adopt_map, cells_in, create_map_from_segments
+from stillroom.pipeline.adoption import Labels, RobotSemantics, adopt_map, create_map_from_segments
+from stillroom.pipeline.cells import cells_in
 from stillroom.pipeline.creation import create_map
 from stillroom.pipeline.params import PARAMS
 from tests.drawing import Drawing, draw
@@ -194,18 +193,3 @@ def test_all_constraints_hold_whatever_the_segments(drawn: tuple[OccupancyGrid, 
     grid, labels = drawn
     semantic_map = create_map_from_segments(grid, labels, ("a", None, "b", "c", "d", "e"), "1", Ids())
     assert violations(semantic_map, grid, PARAMS.wall_reach_m) == ()
-
-
-def _centres(frame: GridFrame) -> Points:
-    columns, rows = np.meshgrid(np.arange(frame.width) + 0.5, np.arange(frame.height) + 0.5)
-    return frame.to_map(as_points(np.stack([columns.ravel(), rows.ravel()], 1)))
-
-
-@given(st.integers(0, 2**32), st.sampled_from([0.0, 0.7]))
-def test_the_cells_in_a_polygon_are_those_whose_centre_is(seed: int, yaw: float) -> None:
-    rng = np.random.default_rng(seed)
-    frame = GridFrame(0.05, 40, 30, Pose(1.0, -2.0, yaw))
-    corners = frame.to_map(rng.uniform(-5, 40, (5, 2)))
-    polygon = shapely.convex_hull(shapely.multipoints(corners))
-    expected = shapely.contains_xy(polygon, _centres(frame)).reshape(30, 40)
-    assert np.array_equal(cells_in([polygon], frame), expected)

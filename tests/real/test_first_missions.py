@@ -10,7 +10,8 @@ from stillroom.documents.stored import decode_map, encode_map
 from stillroom.maps.constraints import violations
 from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.semantics import Ids
-from stillroom.pipeline.adoption import RobotSemantics, adopt_map, cells_in
+from stillroom.pipeline.adoption import RobotSemantics, adopt_map
+from stillroom.pipeline.cells import cells_in
 from stillroom.pipeline.params import PARAMS
 from tests.conftest import RobotCaller, Service
 from tests.real.shared import DATA, parameters

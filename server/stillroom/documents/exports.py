@@ -14,7 +14,7 @@ from stillroom.documents.occupancy_grid import write_occupancy_grid
 from stillroom.documents.valetudo import write_valetudo
 from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.semantics import SemanticMap
-from stillroom.pipeline.adoption import cells_in
+from stillroom.pipeline.cells import cells_in
 
 ExportFormat = Literal["geojson", "nav2", "keepout", "occupancy_grid", "valetudo", "png"]
 _EPOCH = (1980, 1, 1, 0, 0, 0)

@@ -18,7 +18,8 @@ from stillroom.errors import Fault, InvalidGrid
 from stillroom.maps.geometry import Points, Pose, as_points, as_tuples, polygons_in
 from stillroom.maps.grid import Cell, GridFrame, Mask, OccupancyGrid
 from stillroom.maps.semantics import Restriction
-from stillroom.pipeline.adoption import RobotSemantics, cells_in
+from stillroom.pipeline.adoption import RobotSemantics
+from stillroom.pipeline.cells import cells_in
 
 RESOLUTION = 0.05
 MARGIN_CELLS = 2

@@ -17,6 +17,7 @@ from shapely import LineString, MultiPolygon, Polygon
 from stillroom.maps.geometry import GRID_M, Line, Points, as_line, as_points
 from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid, distance_to
 from stillroom.maps.semantics import Ids, Restriction, Room, SemanticMap
+from stillroom.pipeline.cells import cells_in, nearest_cells
 from stillroom.pipeline.creation import create_map, new_dividers
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.restrictions import faults_of
@@ -99,27 +100,6 @@ def create_map_from_segments(
 
 
 # -- cells ---------------------------------------------------------------------------------------------------------
-
-
-def cells_in(polygons: Sequence[Polygon], frame: GridFrame) -> Mask:
-    """The cells whose centre lies in one of the polygons; exactly so, because a wall may be one cell thick."""
-    image = np.zeros((frame.height, frame.width), np.uint8)
-    if not polygons:
-        return image > 0
-    shape = MultiPolygon(list(polygons))
-    rings = [_indices(shapely.get_coordinates(ring), frame) for ring in shapely.get_rings(shapely.get_parts(shape))]
-    cv2.fillPoly(image, rings, 1)
-    edge = np.zeros_like(image)
-    cv2.polylines(edge, rings, True, 1, thickness=3)
-    rows, columns = np.nonzero(edge)
-    shapely.prepare(shape)
-    image[rows, columns] = shapely.contains_xy(shape, frame.to_map(as_points(np.stack([columns, rows], 1)) + 0.5))
-    return image > 0
-
-
-def _indices(points: Points, frame: GridFrame) -> npt.NDArray[np.int32]:
-    """The cells, (column, row), nearest to points of the map frame."""
-    return np.round(frame.to_cells(points) - 0.5).astype(np.int32)
 
 
 def _fill(labels: Labels, inside: Mask, resolution: float, params: Params) -> Labels:
@@ -304,7 +284,7 @@ def _label_of(polygons: Sequence[Polygon], labels: Labels, frame: GridFrame) -> 
     """The label that fills most of each polygon."""
     found = []
     for polygon in polygons:
-        rings = [_indices(shapely.get_coordinates(ring), frame) for ring in shapely.get_rings(polygon)]
+        rings = [nearest_cells(shapely.get_coordinates(ring), frame) for ring in shapely.get_rings(polygon)]
         (x0, y0), (x1, y1) = np.maximum(rings[0].min(0), 0).tolist(), (rings[0].max(0) + 1).tolist()
         seen = labels[y0:y1, x0:x1]
         mask = np.zeros(seen.shape, np.uint8)

@@ -1,0 +1,48 @@
+"""Which cells of a grid lie in polygons of the map frame."""
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import MultiPolygon, Polygon
+
+from stillroom.maps.geometry import Points, as_points, polygons_in
+from stillroom.maps.grid import GridFrame, Mask
+
+CANVAS_MARGIN = 4
+
+
+def cells_in(polygons: Sequence[Polygon], frame: GridFrame) -> Mask:
+    """The cells whose centre lies in one of the polygons; exactly so, because a wall may be one cell thick."""
+    shape: shapely.Geometry = MultiPolygon(list(polygons))
+    # Drawn on a canvas that holds it all: OpenCV is not exact where shapes leave the canvas.
+    canvas = np.zeros((frame.height + 2 * CANVAS_MARGIN, frame.width + 2 * CANVAS_MARGIN), np.uint8)
+    around = _around(frame, CANVAS_MARGIN - 2)
+    if not shapely.contains_properly(around, shapely.box(*shape.bounds)):
+        shape = MultiPolygon(polygons_in(shapely.intersection(shape, around)))
+    if shape.is_empty:
+        return np.zeros((frame.height, frame.width), np.bool_)
+    rings = [
+        nearest_cells(shapely.get_coordinates(r), frame) + CANVAS_MARGIN
+        for r in shapely.get_rings(shapely.get_parts(shape))
+    ]
+    edge = cv2.polylines(canvas.copy(), rings, True, 1, thickness=3)
+    cv2.fillPoly(canvas, rings, 1)
+    rows, columns = np.nonzero(edge)
+    shapely.prepare(shape)
+    centres = frame.to_map(as_points(np.stack([columns, rows], 1)) - CANVAS_MARGIN + 0.5)
+    canvas[rows, columns] = shapely.contains_xy(shape, centres)
+    return canvas[CANVAS_MARGIN:-CANVAS_MARGIN, CANVAS_MARGIN:-CANVAS_MARGIN] > 0
+
+
+def _around(frame: GridFrame, cells: float) -> Polygon:
+    """The frame with so many cells more on every side."""
+    low, right, top = -cells, frame.width + cells, frame.height + cells
+    return Polygon(frame.to_map(as_points([(low, low), (right, low), (right, top), (low, top)])))
+
+
+def nearest_cells(points: Points, frame: GridFrame) -> npt.NDArray[np.int32]:
+    """The cells, (column, row), nearest to points of the map frame."""
+    return np.round(frame.to_cells(points) - 0.5).astype(np.int32)

@@ -1,0 +1,32 @@
+"""Which cells of a grid lie in polygons."""
+
+import numpy as np
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stillroom.maps.geometry import Points, Pose, as_points
+from stillroom.maps.grid import GridFrame
+from stillroom.pipeline.cells import cells_in
+
+
+def _centres(frame: GridFrame) -> Points:
+    columns, rows = np.meshgrid(np.arange(frame.width) + 0.5, np.arange(frame.height) + 0.5)
+    return frame.to_map(as_points(np.stack([columns.ravel(), rows.ravel()], 1)))
+
+
+@given(st.integers(0, 2**32), st.sampled_from([0.0, 0.7]))
+def test_the_cells_in_a_polygon_are_those_whose_centre_is(seed: int, yaw: float) -> None:
+    rng = np.random.default_rng(seed)
+    frame = GridFrame(0.05, 40, 30, Pose(1.0, -2.0, yaw))
+    corners = frame.to_map(rng.uniform(-25, 60, (5, 2)))
+    polygon = shapely.convex_hull(shapely.multipoints(corners))
+    expected = shapely.contains_xy(polygon, _centres(frame)).reshape(30, 40)
+    assert np.array_equal(cells_in([polygon], frame), expected)
+
+
+def test_no_polygon_and_one_beyond_the_grid_hold_no_cell() -> None:
+    frame = GridFrame(0.05, 10, 10)
+    assert not cells_in([], frame).any()
+    assert not cells_in([shapely.box(5, 5, 6, 6)], frame).any()
+    assert cells_in([shapely.box(-5, -5, 6, 6)], frame).all()
