@@ -11,12 +11,12 @@ import numpy.typing as npt
 
 from stillroom.errors import Fault, InvalidGrid, InvalidInput, TooLarge
 from stillroom.maps.geometry import Pose
-from stillroom.maps.grid import Cell, Cells, GridFrame, OccupancyGrid
+from stillroom.maps.grid import LARGEST, Cell, Cells, GridFrame, OccupancyGrid
 
 # A broken image is told to the one who sent it, not to our log.
 cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 
-MAX_CELLS = 20_000_000
+MAX_CELLS = LARGEST
 UNKNOWN_GREY = 205
 """In trinary mode always unexplored, whatever the thresholds."""
 PNG_TYPE, PGM_TYPE = "image/png", "image/x-portable-graymap"

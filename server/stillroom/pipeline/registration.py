@@ -29,7 +29,6 @@ SHIFTS_PER_TURN = 2
 REFINED = 4
 """Hypotheses that are aligned in full."""
 SAME_POSE_M = 0.5
-SAME_POSE_DEG = 8.0
 FLOOR_SAMPLES = 1500
 
 
