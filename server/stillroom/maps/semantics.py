@@ -51,6 +51,8 @@ class Room:
     last_visited: str | None = None
     """Id of the newest mission that saw it."""
     pinned: bool = False
+    anchor: Polygon | None = None
+    """Its shape when a person last confirmed it, or when it was found, in the map's frame: it moves only with the whole map, rigidly."""
 
 
 @dataclass(frozen=True)

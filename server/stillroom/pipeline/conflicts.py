@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import Literal
 
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.params import Params
@@ -39,3 +40,46 @@ def score_rooms(
         passed = (j is not None and not seen) or (precision > params.room_overlap and recall > params.room_overlap)
         scores.append(RoomScore(room.id, room.name, precision, recall, passed, seen))
     return tuple(scores)
+
+
+ConflictKind = Literal[
+    "room_lost",
+    "room_recall",
+    "room_precision",
+    "divider_lost",
+    "connectivity",
+    "shape",
+    "drift",
+    "wrong_map",
+    "restriction_unplaced",
+]
+Cause = Literal["door_closed", "wall_gap", "opening_closed", "new_passage", "moved_object", "drift", "unknown"]
+Action = Literal["meta_dividers", "meta_occupancy", "take_new", "keep_previous"]
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A map that could be in force instead. `map` is valid: it breaks no constraint."""
+
+    id: str
+    """"p1", "p2", ... within its conflict."""
+    action: Action
+    recommended: bool
+    map: SemanticMap
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Something about an update that a person may want to decide. The same mission gives the same ids again."""
+
+    id: str
+    kind: ConflictKind
+    cause: Cause
+    rooms: tuple[RoomScore, ...]
+    dividers: tuple[str, ...]
+    restrictions: tuple[str, ...]
+    summary: str
+    """A sentence for a person."""
+    resolved: bool
+    """Whether the map that is in force now needs no decision: the meta layer settled it."""
+    proposals: tuple[Proposal, ...] = ()

@@ -15,7 +15,7 @@ from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Ids, SemanticMap
 from stillroom.pipeline.adoption import RobotSemantics, adopt_map
 from stillroom.pipeline.alignment import align
-from stillroom.pipeline.conflicts import RoomScore, score_rooms
+from stillroom.pipeline.conflicts import Conflict, RoomScore, score_rooms
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.registration import Registration, register
 from stillroom.pipeline.restrictions import carry_restrictions
@@ -23,6 +23,9 @@ from stillroom.pipeline.transfer import Transfer, track, transfer_semantics
 
 Outcome = Literal["created", "updated", "resolved", "needs_review", "reverted", "parked"]
 Row = Literal["transfer", "meta_occupancy", "meta_dividers"]
+ResolverName = Literal["meta_occupancy", "meta_dividers"]
+RESOLVERS: tuple[ResolverName, ...] = ("meta_occupancy", "meta_dividers")
+"""In their order; a shorter tuple is one of the paper's ablation rows."""
 Stage = Callable[[str], AbstractContextManager[None]]
 """Opened around each stage by its name, so that a caller with a clock can time it."""
 
@@ -52,6 +55,7 @@ class MapUpdate:
     succeeded_at: Row | None = None
     ablation: Ablation | None = None
     rooms: tuple[RoomScore, ...] = ()
+    conflicts: tuple[Conflict, ...] = ()
     discovered: tuple[str, ...] = ()
     retired: Mapping[str, str] = field(default_factory=dict)
     """Ids of rooms that ended -> the room that has their space now."""
@@ -85,6 +89,7 @@ def update_map(
     params: Params = PARAMS,
     stage: Stage = untimed,
     trust_registration: bool = False,
+    resolvers: Sequence[ResolverName] = RESOLVERS,
 ) -> MapUpdate:
     """Carries the semantics of `previous` over to the mission's grid and decides whether the result is taken.
 
