@@ -1,6 +1,6 @@
 """Semantic maps at rest: one versioned document with upgrade steps, never a dump of our classes.
 
-Format 1 is described in docs/formats.md. To change the format, count FORMAT up and add a step to UPGRADES; documents that
+The newest format is described in docs/formats.md. To change it, count FORMAT up and add a step to UPGRADES; documents that
 were written before are brought up when they are read.
 """
 
@@ -19,8 +19,14 @@ from stillroom.maps.semantics import Clutter, Divider, Ids, Restriction, Room, S
 Json = dict[str, Any]
 Rings = list[list[list[float]]]
 
-FORMAT = 1
-UPGRADES: tuple[Callable[[Json], Json], ...] = ()
+FORMAT = 2
+
+
+def _with_anchors(document: Json) -> Json:
+    return document | {"rooms": [room | {"anchor": None} for room in document["rooms"]]}
+
+
+UPGRADES: tuple[Callable[[Json], Json], ...] = (_with_anchors,)
 """UPGRADES[n - 1] makes a document of format n one of format n + 1."""
 
 
@@ -46,6 +52,7 @@ def encode_map(semantic_map: SemanticMap) -> Json:
                 "derived_from": r.derived_from,
                 "last_visited": r.last_visited,
                 "pinned": r.pinned,
+                "anchor": None if r.anchor is None else rings(r.anchor),
             }
             for r in m.rooms
         ],
@@ -73,7 +80,7 @@ def decode_map(document: Json, ids: Ids = Ids()) -> SemanticMap:
     frame = d["frame"]
     return SemanticMap(
         frame=GridFrame(frame["resolution"], frame["width"], frame["height"], Pose(*frame["origin"])),
-        rooms=tuple(Room(**r | {"polygon": _polygon(r["polygon"])}) for r in d["rooms"]),
+        rooms=tuple(_room(r) for r in d["rooms"]),
         dividers=tuple(
             Divider(v["id"], _segment(v["line"]), v["kind"], v["made_by"], tuple(v["rooms"])) for v in d["dividers"]
         ),
@@ -122,6 +129,11 @@ def decode_ids(prefix: str, used: Json) -> Ids:
 def rings(polygon: Polygon) -> Rings:
     """Exterior first, then holes; each closed, as GeoJSON has them."""
     return [np.asarray(ring.coords)[:, :2].tolist() for ring in (polygon.exterior, *polygon.interiors)]
+
+
+def _room(document: Json) -> Room:
+    polygon, anchor = document["polygon"], document["anchor"]
+    return Room(**document | {"polygon": _polygon(polygon), "anchor": None if anchor is None else _polygon(anchor)})
 
 
 def _polygon(coordinates: Rings) -> Polygon:
