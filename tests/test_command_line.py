@@ -5,7 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, get_args
 
+import cv2
 import httpx2
+import numpy as np
 import pytest
 
 from stillroom import uploading
@@ -265,6 +267,53 @@ def test_render_goes_on_after_a_file_that_can_t_be_read(
     assert "cut off or damaged" in said
     assert "no such file" in said
     assert main(["render", *files]) == 1
+
+
+def test_segment_writes_labels_geojson_and_a_picture_of_each_map(
+    maps: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (maps / "robot.json").write_text(json.dumps(valetudo()))
+    out = tmp_path / "rooms"
+    assert (
+        main(["segment", *(str(maps / name) for name in ("first.yaml", "third.png", "robot.json")), "--out", str(out)])
+        == 0
+    )
+    assert "third_rooms.png: 2 rooms" in capsys.readouterr().out
+    kinds = ("rooms.png", "rooms.geojson", "picture.png")
+    assert {path.name for path in out.iterdir()} == {f"{n}_{k}" for n in ("first", "third", "robot") for k in kinds}
+    labels = cv2.imread(str(out / "third_rooms.png"), cv2.IMREAD_UNCHANGED)
+    assert labels is not None
+    assert labels.dtype == np.uint16
+    free = home(shift=(1, 1))[::-1] > 250
+    assert labels.shape == free.shape
+    assert set(np.unique(labels)) == {0, 1, 2}
+    assert (labels[~free] == 0).all()
+    assert (labels[free] > 0).mean() > 0.99
+    saved = json.loads((out / "third_rooms.geojson").read_text())
+    assert saved["frame"]["resolution"] == 0.05
+    rooms = {f["properties"]["segment_id"]: f["properties"]["area"] for f in features(saved, "room")}
+    assert rooms == {k: pytest.approx((labels == k).sum() * 0.05**2, rel=0.02) for k in (1, 2)}
+
+
+def test_segment_finds_more_rooms_where_it_is_more_sensitive(maps: Path, tmp_path: Path) -> None:
+    found = []
+    for sensitivity in (-20, 0.5):
+        out = tmp_path / str(sensitivity)
+        assert main(["segment", str(maps / "third.png"), "--out", str(out), "--sensitivity", str(sensitivity)]) == 0
+        found.append(int(pixels((out / "third_rooms.png").read_bytes()).max()))
+    assert found == [1, 2]
+
+
+def test_segment_goes_on_after_a_file_that_can_t_be_read_and_refuses_two_of_one_name(
+    maps: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["segment", str(maps / "none.png"), str(maps / "third.png"), "--out", str(tmp_path / "rooms")]) == 1
+    assert "no such file" in capsys.readouterr().err
+    assert (tmp_path / "rooms" / "third_rooms.png").is_file()
+    twice = [str(maps / "first.yaml"), str(maps / "first.pgm")]
+    assert main(["segment", *twice, "--out", str(tmp_path / "other")]) == 1
+    assert "more than one file is called first" in capsys.readouterr().err
+    assert not (tmp_path / "other").exists()
 
 
 @pytest.mark.usefixtures("environment")

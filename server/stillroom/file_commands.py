@@ -1,7 +1,8 @@
-"""The commands about map files: upload, export, render."""
+"""The commands about map files: upload, export, render, segment."""
 
 import argparse
 import sys
+from collections import Counter
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ def add_commands(commands: Any) -> None:
     _add_upload(commands)
     _add_export(commands)
     _add_render(commands)
+    _add_segment(commands)
 
 
 def _add_upload(commands: Any) -> None:
@@ -57,6 +59,22 @@ def _add_render(commands: Any) -> None:
     render.add_argument(
         "--resolution", type=positive, metavar="M", help="metres a cell, where the file does not say (default: 0.05)"
     )
+
+
+def _add_segment(commands: Any) -> None:
+    segment = add_command(
+        commands,
+        "segment",
+        _segment,
+        "Find the rooms of map files of any readable format: for each FILE an image of labels (STEM_rooms.png, 16 bits, 0 is no room), the map "
+        "as GeoJSON and a picture.",
+    )
+    segment.add_argument("files", nargs="+", type=Path, metavar="FILE")
+    segment.add_argument("--out", type=Path, required=True, metavar="DIR")
+    segment.add_argument(
+        "--resolution", type=positive, metavar="M", help="metres a cell, where the file does not say (default: 0.05)"
+    )
+    segment.add_argument("--sensitivity", type=float, metavar="S", help="higher: more rooms (default: 0.5)")
 
 
 def _upload(options: argparse.Namespace) -> int:
@@ -140,6 +158,31 @@ def _render(options: argparse.Namespace) -> int:
             print(f"stillroom: {error}", file=sys.stderr)
             return 1
         print(options.sheet)
+    return int(failed)
+
+
+def _segment(options: argparse.Namespace) -> int:
+    """0: all done; 1: some could not be read, or their rooms not be written."""
+    from stillroom.documents.files import in_words
+    from stillroom.errors import StillroomError
+    from stillroom.segmenting import save, segment_file
+
+    twice = sorted(stem for stem, files in Counter(file.stem for file in options.files).items() if files > 1)
+    if twice:
+        print(f"stillroom: more than one file is called {', '.join(twice)}", file=sys.stderr)
+        return 1
+    given = {} if options.resolution is None else {"resolution": options.resolution}
+    failed = False
+    for file in options.files:
+        try:
+            found = segment_file(file, given, options.sensitivity)
+            save(options.out, file.stem, found)
+        except (StillroomError, OSError) as error:
+            said = in_words(error) if isinstance(error, StillroomError) else error
+            print(f"stillroom: {file}: {said}", file=sys.stderr)
+            failed = True
+            continue
+        print(f"{options.out / file.stem}_rooms.png: {len(found.semantic_map.rooms)} rooms", flush=True)
     return int(failed)
 
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from stillroom.maps.geometry import Points, as_points, polygons_in
+from stillroom.maps.geometry import Points, Pose, as_points, polygons_in
 from stillroom.maps.grid import GridFrame, Mask
 
 CANVAS_MARGIN = 4
@@ -35,6 +35,20 @@ def cells_in(polygons: Sequence[Polygon], frame: GridFrame) -> Mask:
     centres = frame.to_map(as_points(np.stack([columns, rows], 1)) - CANVAS_MARGIN + 0.5)
     canvas[rows, columns] = shapely.contains_xy(shape, centres)
     return canvas[CANVAS_MARGIN:-CANVAS_MARGIN, CANVAS_MARGIN:-CANVAS_MARGIN] > 0
+
+
+def label_cells(polygons: Sequence[Polygon], frame: GridFrame) -> npt.NDArray[np.int32]:
+    """Shape (height, width): k + 1 where the cell's centre lies in polygon k, 0 where it lies in none. Polygons must not overlap."""
+    labels = np.zeros((frame.height, frame.width), np.int32)
+    for number, polygon in enumerate(polygons, 1):
+        corners = frame.to_cells(shapely.get_coordinates(polygon.exterior))
+        low = np.clip(np.floor(corners.min(0)), 0, (frame.width, frame.height)).astype(int)
+        high = np.clip(np.ceil(corners.max(0)), low, (frame.width, frame.height)).astype(int)
+        (left, bottom), (width, height) = low.tolist(), (high - low).tolist()
+        x, y = frame.to_map(as_points([(left, bottom)]))[0].tolist()
+        part = GridFrame(frame.resolution, width, height, Pose(x, y, frame.origin.yaw))
+        labels[bottom : bottom + height, left : left + width][cells_in([polygon], part)] = number
+    return labels
 
 
 def _around(frame: GridFrame, cells: float) -> Polygon:

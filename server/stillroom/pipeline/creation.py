@@ -2,9 +2,14 @@
 
 from collections.abc import Sequence
 
+import cv2
+import numpy as np
+import numpy.typing as npt
+
 from stillroom.maps.geometry import Line
 from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
+from stillroom.pipeline.cells import label_cells
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.rooms import new_rooms, partition, rooms_beside
 from stillroom.pipeline.segmentation import propose_dividers
@@ -34,6 +39,19 @@ def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = 
         clutter=clutter_features(obstacles.clutter, grid.frame, version[1:], params),
         ids=ids,
     )
+
+
+def room_cells(semantic_map: SemanticMap, grid: OccupancyGrid, params: Params = PARAMS) -> npt.NDArray[np.int32]:
+    """Which room each free cell is in, (height, width): k + 1 for the map's room k, 0 for none.
+
+    Rooms have straight edges where cells are ragged: free cells left out beside an edge belong to the room that they are connected to.
+    """
+    labels = np.where(grid.free, label_cells([room.polygon for room in semantic_map.rooms], grid.frame), 0)
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    for _ in range(int(np.ceil(3 * params.outline_tolerance_m / grid.frame.resolution))):
+        left_out = grid.free & (labels == 0)
+        labels[left_out] = cv2.dilate(labels.astype(np.uint16), cross)[left_out]
+    return labels.astype(np.int32)
 
 
 def new_dividers(lines: Sequence[Line], rooms: Sequence[Room], ids: Ids) -> tuple[tuple[Divider, ...], Ids]:
