@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from stillroom import __version__, file_commands, logs
+from stillroom import __version__, file_commands, logs, simulation_commands
 from stillroom.arguments import Command, add_command, count, positive
 from stillroom.settings import Settings
 
@@ -38,6 +38,7 @@ def parser() -> argparse.ArgumentParser:
     _add_people(commands)
     file_commands.add_commands(commands)
     _add_simulation(commands)
+    simulation_commands.add_commands(commands)
     return top
 
 
@@ -156,7 +157,7 @@ def _simulate(options: argparse.Namespace) -> int:
 
 
 def _bench(_options: argparse.Namespace) -> int:
-    from stillroom.simulator.benchmark import Bench, bench
+    from stillroom.simulator.bench import Bench, bench
 
     bench(Bench(), partial(print, flush=True))
     return 0

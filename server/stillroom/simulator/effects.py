@@ -4,6 +4,7 @@ Every effect draws from a stream of its own for each mission, so that one that i
 changes nothing else.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
@@ -73,6 +74,14 @@ class Effects:
 
     NONE: ClassVar["Effects"]
     DEMO: ClassVar["Effects"]
+    MILD: ClassVar["Effects"]
+    MIDDLE: ClassVar["Effects"]
+    HARD: ClassVar["Effects"]
+
+    def only(self, names: Collection[str]) -> "Effects":
+        """These of the effects, in the same measure, and no others. Raises KeyError for a name that is not in EFFECTS."""
+        kept = {field: getattr(self, field) for name in names for field in EFFECTS[name]}
+        return replace(Effects.NONE, **kept)
 
 
 Effects.NONE = Effects()
@@ -89,6 +98,42 @@ Effects.DEMO = replace(
     jitter_deg=0.25,
     tracking_noise_m=0.02,
 )
+
+
+Effects.MILD = replace(Effects.DEMO, doors_shut=0.03, rooms_late=1, drift_m=0.03, drift_deg=0.5)
+Effects.MIDDLE = replace(
+    Effects.MILD,
+    furniture_moves=0.12,
+    doors_shut=0.06,
+    rooms_skipped=0.06,
+    gaps_per_10m=0.8,
+    gap_m=(0.10, 0.8),
+    jitter_m=0.05,
+    jitter_deg=0.5,
+    tracking_noise_m=0.03,
+    tracking_outliers=0.01,
+    tracking_missing=0.02,
+)
+Effects.HARD = replace(
+    Effects.MIDDLE, doors_shut=0.12, rooms_skipped=0.1, gaps_per_10m=1.5, gap_m=(0.10, 1.2), tracking_missing=0.05
+)
+
+EFFECTS: dict[str, tuple[str, ...]] = {
+    "furniture": ("furniture_moves",),
+    "doors": ("doors_shut",),
+    "skipped": ("rooms_skipped",),
+    "late_rooms": ("rooms_late", "late_until"),
+    "range_noise": ("range_noise_m",),
+    "registration_noise": ("scan_noise_m", "scan_noise_deg"),
+    "gaps": ("gaps_per_10m", "gap_m"),
+    "specks": ("specks",),
+    "jitter": ("jitter_m", "jitter_deg"),
+    "drift": ("drift_m", "drift_deg"),
+    "tracking_noise": ("tracking_noise_m",),
+    "tracking_outliers": ("tracking_outliers",),
+    "tracking_missing": ("tracking_missing",),
+}
+"""The effects by name, with the fields that say how much of them there is."""
 
 
 @dataclass(frozen=True)

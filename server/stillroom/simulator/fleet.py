@@ -34,6 +34,8 @@ class Sortie:
     sensed: Sensed
     explored: Mask
     """Cells of the floor where the robot has been in all its missions so far, but for what stands there now."""
+    happened: frozenset[str] = frozenset()
+    """Which of `EFFECTS` came in it."""
 
     def png(self) -> bytes:
         """The grid as the robot uploads it."""
@@ -59,7 +61,16 @@ class SimulatedRobot:
         bent = self.distortion(number)
         sensed = sense(world, bent, number, self.resolution, self.effects, self.streams)
         self._seen = sensed.seen if self._seen is None else self._seen | sensed.seen
-        return Sortie(number, world, bent, sensed, self._seen & ~sensed.floor.solid)
+        happened = {
+            "doors": world.shut,
+            "skipped": world.skipped,
+            "tracking_missing": number and not self._tracks(number),
+        }
+        named = frozenset(name for name, there in happened.items() if there)
+        return Sortie(number, world, bent, sensed, self._seen & ~sensed.floor.solid, named)
+
+    def _tracks(self, number: int) -> bool:
+        return self.streams.of("silence", number).random() >= self.effects.tracking_missing
 
     def distortion(self, number: int) -> Distortion:
         if number not in self._distortions:
@@ -86,7 +97,7 @@ class SimulatedRobot:
 
         None where the robot tracked nothing.
         """
-        if self.streams.of("silence", number).random() < self.effects.tracking_missing:
+        if not self._tracks(number):
             return None
         noise, outliers = self.streams.of("tracking", number), self.streams.of("outliers", number)
         before, after = self.distortion(base_mission), self.distortion(number)

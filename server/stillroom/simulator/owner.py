@@ -8,7 +8,7 @@ import shapely
 from shapely import LineString, Polygon
 
 from stillroom.maps.geometry import as_points
-from stillroom.simulator.client import Client, Json, Refused
+from stillroom.simulator.client import Json, Refused
 from stillroom.simulator.distortion import Distortion
 from stillroom.simulator.homes import Door, Home, carried
 
@@ -26,7 +26,11 @@ Shapes = Mapping[str, Polygon]
 """The true rooms by name, as they lie on the map."""
 
 
-def tidy_up(owner: Client, path: str, home: Home, distortion: Distortion) -> tuple[str, ...]:
+Edit = Callable[[Callable[[Json], Sequence[Json]]], object]
+"""Applies the operations that a function finds for the map in force, as `Client.edit`. Raises Refused."""
+
+
+def tidy_up(edit: Edit, home: Home, distortion: Distortion) -> tuple[str, ...]:
     """Brings the map in force, bent by `distortion`, in line with the home; what the service refused, in its words."""
     shapes = {room.name: carried(room.polygon, distortion.apply) for room in home.rooms}
     steps: list[Callable[[Json], Sequence[Json]]] = [partial(part, door, distortion, shapes) for door in home.doors]
@@ -35,7 +39,7 @@ def tidy_up(owner: Client, path: str, home: Home, distortion: Distortion) -> tup
     steps += [drop_scraps, partial(name_rooms, shapes), drop_scraps]
     for step in steps:
         try:
-            owner.edit(path, step)
+            edit(step)
         except Refused as refusal:
             refused.append(str(refusal))
     return tuple(refused)

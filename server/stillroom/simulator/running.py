@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 
 import httpx2
@@ -96,7 +97,7 @@ class Household:
             return {"status": "refused: sent before, with another base", "outcome": None}
 
     def _settle_in(self, served: Json, sortie: Sortie) -> None:
-        for text in tidy_up(self.owner, self.path, self.robot.home, self._distortion(served)):
+        for text in tidy_up(partial(self.owner.edit, self.path), self.robot.home, self._distortion(served)):
             self.told(f"{self.registration.id}: the service refused an edit: {text}")
         served = self.client.map_in_force(self.path) or served
         self.known_rooms = frozenset(served_rooms(served))

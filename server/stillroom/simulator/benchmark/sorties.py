@@ -1,0 +1,79 @@
+"""Sorties on disk: what a robot does never depends on what a service answers, so that each needs to be simulated only once."""
+
+import ast
+import os
+import pickle
+import zlib
+from collections.abc import Sequence
+from functools import cache
+from hashlib import sha256
+from importlib import metadata
+from pathlib import Path
+
+import stillroom
+from stillroom.simulator.effects import Effects, Streams
+from stillroom.simulator.fleet import SimulatedRobot, Sortie
+
+_SOURCES = Path(stillroom.__file__).parent
+_LIBRARIES = ("numpy", "opencv-python-headless", "shapely")
+
+
+def default_folder() -> Path:
+    """Below the user's cache folder (XDG base directory specification)."""
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "stillroom" / "sorties"
+
+
+def sorties_of(
+    robot: SimulatedRobot, streams: Streams, effects: Effects, missions: int, folder: Path | None
+) -> Sequence[Sortie]:
+    """The robot's first missions; from `folder` where they were simulated before by the same program."""
+    if folder is None:
+        return [robot.sortie(number) for number in range(missions)]
+    key = repr((streams, effects, robot.resolution, missions, _fingerprint()))
+    kept = folder / f"{sha256(key.encode()).hexdigest()[:32]}.zlib"
+    if kept.exists():
+        found: list[Sortie] = pickle.loads(zlib.decompress(kept.read_bytes()))
+        return found
+    fresh = [robot.sortie(number) for number in range(missions)]
+    folder.mkdir(parents=True, exist_ok=True)
+    half = kept.with_suffix(f".{os.getpid()}")
+    half.write_bytes(zlib.compress(pickle.dumps(fresh, pickle.HIGHEST_PROTOCOL), 1))
+    half.replace(kept)
+    return fresh
+
+
+@cache
+def _fingerprint() -> str:
+    """Of all that sorties depend on: the simulator's sources with what they import, and the libraries."""
+    digest = sha256()
+    for source in sorted(sources("stillroom.simulator.fleet") | sources("stillroom.simulator.building")):
+        digest.update(source.read_bytes())
+    for library in _LIBRARIES:
+        digest.update(metadata.version(library).encode())
+    return digest.hexdigest()
+
+
+def sources(module: str) -> frozenset[Path]:
+    """The files of a module of this package and of all that it imports from it."""
+    found: set[Path] = set()
+    waiting = [_file(module)]
+    while waiting:
+        file = waiting.pop()
+        if file is None or file in found:
+            continue
+        found.add(file)
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                waiting += [_file(node.module), *(_file(f"{node.module}.{name.name}") for name in node.names)]
+            elif isinstance(node, ast.Import):
+                waiting += [_file(name.name) for name in node.names]
+    return frozenset(found)
+
+
+def _file(module: str) -> Path | None:
+    package, *inner = module.split(".")
+    if package != "stillroom":
+        return None
+    path = _SOURCES.joinpath(*inner)
+    return next((file for file in (path.with_suffix(".py"), path / "__init__.py") if file.is_file()), None)

@@ -1,0 +1,98 @@
+"""One robot's missions, one after the other, with the owner's edits between them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from stillroom.simulator.benchmark.judging import Record, lost_and_wrong, meta_share
+from stillroom.simulator.benchmark.memory import Answer, MemoryService
+from stillroom.simulator.benchmark.sorties import sorties_of
+from stillroom.simulator.building import draw_home
+from stillroom.simulator.client import Json
+from stillroom.simulator.effects import Effects, Streams
+from stillroom.simulator.fleet import SimulatedRobot, Sortie
+from stillroom.simulator.owner import served_rooms, tidy_up
+from stillroom.simulator.truth import MapFit, fit
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What one robot is asked to do."""
+
+    seed: int
+    robot: int
+    missions: int
+    effects: Effects
+    cache: Path | None
+
+
+class Household:
+    """A robot, its home and its owner, with the service in memory."""
+
+    def __init__(self, trial: Trial) -> None:
+        streams = Streams(trial.seed, trial.robot)
+        self.robot = SimulatedRobot(draw_home(streams.of("home")), streams, trial.effects)
+        self.trial = trial
+        self.service = MemoryService()
+        self.sorties = sorties_of(self.robot, streams, trial.effects, trial.missions, trial.cache)
+        self.named: set[str] = set()
+        """The true rooms that the owner has named so far."""
+        self._known: frozenset[str] = frozenset()
+
+    def run(self) -> Iterator[Record]:
+        for sortie in self.sorties:
+            answer = self.service.process(
+                sortie.number, sortie.sensed.grid, self.robot.meta(sortie, self.service.document())
+            )
+            yield self._record(sortie, answer)
+            self._settle_in()
+
+    def _record(self, sortie: Sortie, answer: Answer) -> Record:
+        found = self._fit(sortie)
+        lost, wrong = lost_and_wrong(found, self.named)
+        refuse = None
+        off = bool(lost or wrong)
+        error = off or (answer.taken if refuse else not answer.taken)
+        version = self.service.in_force
+        ablation = answer.ablation
+        return Record(
+            self.trial.seed,
+            self.trial.robot,
+            sortie.number,
+            tuple(sorted(sortie.happened)),
+            refuse,
+            answer.verdict,
+            answer.taken,
+            None if answer.update is None else answer.update.succeeded_at,
+            ablation.transfer,
+            ablation.meta_occupancy,
+            ablation.meta_dividers,
+            error,
+            error and answer.taken,
+            round(found.mean_iou, 4),
+            round(meta_share(version.map, version.grid), 4),
+            lost,
+            wrong,
+            round(1000 * answer.seconds, 2),
+            answer.reason,
+        )
+
+    def _fit(self, sortie: Sortie) -> MapFit:
+        document, bent = self._document(), self.robot.distortion(self.service.in_force.mission)
+        return fit(self.robot.home, sortie.sensed.floor.frame, sortie.explored, document, bent)
+
+    def _document(self) -> Json:
+        document = self.service.document()
+        assert document is not None
+        return document
+
+    def _settle_in(self) -> None:
+        """The owner looks at the map where its rooms are others than before."""
+        served = self._document()
+        if frozenset(served_rooms(served)) == self._known:
+            return
+        tidy_up(self.service.edit, self.robot.home, self.robot.distortion(self.service.in_force.mission))
+        served = self._document()
+        self._known = frozenset(served_rooms(served))
+        names = {f["properties"].get("name") for f in served["features"]}
+        self.named |= names & {room.name for room in self.robot.home.rooms}
