@@ -41,3 +41,11 @@ def test_a_page_that_stays_open_survives_a_restart_of_the_service(tmp_path: Path
         expect(page.get_by_text("Live", exact=True)).to_be_visible()
     finally:
         service.stop()
+
+
+def test_signing_out_ends_the_session(served: Running, open_page: OpenPage) -> None:
+    page = open_page(served.login_link(), storage_state=None)
+    page.get_by_role("button", name="Sign out").click()
+    expect(page.get_by_role("heading", name="Come on in")).to_be_visible()
+    page.goto("/")
+    expect(page.get_by_role("heading", name="Come on in")).to_be_visible()

@@ -1,5 +1,7 @@
 import { ActionIcon, useMantineColorScheme } from "@mantine/core";
+import { useState } from "react";
 import { Link } from "wouter";
+import { api } from "./api/client";
 import { useConnection } from "./api/live";
 import classes from "./Header.module.css";
 import { Icon } from "./icons";
@@ -9,6 +11,7 @@ const NEXT = { auto: "light", light: "dark", dark: "auto" } as const;
 const ICONS = { auto: "system", light: "sun", dark: "moon" } as const;
 
 export function Header({ live }: { readonly live: boolean }) {
+  // `live`: somebody is signed in.
   return (
     <header className={classes.header}>
       <Link href="/" className={classes.brand}>
@@ -18,6 +21,7 @@ export function Header({ live }: { readonly live: boolean }) {
       <div className={classes.tools}>
         {live && <ConnectionState />}
         <SchemeSwitch />
+        {live && <SignOut />}
       </div>
     </header>
   );
@@ -47,5 +51,35 @@ function SchemeSwitch() {
     >
       <Icon name={ICONS[colorScheme]} />
     </ActionIcon>
+  );
+}
+
+function SignOut() {
+  const [failed, setFailed] = useState(false);
+  const signOut = async () => {
+    const answer = await api.DELETE("/api/v1/session").catch(() => null);
+    // A page that is loaded anew has nothing of the home in its memory.
+    if (answer && (answer.response.ok || answer.response.status === 401)) location.assign("/");
+    else setFailed(true);
+  };
+  return (
+    <>
+      <ActionIcon
+        variant="subtle"
+        color="gray"
+        size={44}
+        className={classes.scheme}
+        aria-label={texts.signOut.label}
+        title={texts.signOut.label}
+        onClick={() => void signOut()}
+      >
+        <Icon name="leave" />
+      </ActionIcon>
+      {failed && (
+        <p className={classes.failed} role="alert">
+          {texts.signOut.failed}
+        </p>
+      )}
+    </>
   );
 }

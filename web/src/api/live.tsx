@@ -7,7 +7,7 @@ import { type Connection, follow } from "./events";
 import { mapKey, refreshAll, robotsQuery } from "./queries";
 
 const EVENTS_URL = "/api/v1/events";
-const KINDS: readonly Schemas["Event"]["kind"][] = ["mission", "version", "settings"];
+const KINDS: readonly Schemas["Event"]["kind"][] = ["mission", "version", "decision", "settings"];
 const POLL_WHILE_INTERRUPTED_MS = 30_000;
 
 const ConnectionContext = createContext<Connection>("connecting");

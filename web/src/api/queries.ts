@@ -107,6 +107,26 @@ export const lastMissionQuery = (robot: string, map: string) =>
     },
   });
 
+/** Missions that wait for a person to say which floor they belong to, the newest first. */
+export const parkedQuery = (robot: string, map: string) =>
+  queryOptions({
+    queryKey: [...mapKey(robot, map), "parked"],
+    queryFn: async ({ signal }) => {
+      const { items } = await answered(
+        api.GET("/api/v1/robots/{robot}/maps/{map}/missions", {
+          params: { path: { robot, map }, query: { outcome: "parked", limit: 20 } },
+          signal,
+        }),
+      );
+      return items.filter(isUndecided);
+    },
+  });
+
+/** Where the floor that was said did not take the mission, it may belong to another. */
+function isUndecided({ decision }: Schemas["MissionDocument"]): boolean {
+  return decision === null || decision.outcome === "reverted" || decision.outcome === "superseded";
+}
+
 /** The cells under a version, as a picture. Its address names an immutable version. */
 export const cellsQuery = (url: string) =>
   queryOptions({

@@ -9,6 +9,7 @@ import { texts } from "../texts";
 import { MapCanvas, type Selection } from "../viewer/MapCanvas";
 import { HistoryPanel } from "./HistoryPanel";
 import classes from "./MapPage.module.css";
+import { ParkedPanel } from "./ParkedPanel";
 import { RoomsPanel } from "./RoomsPanel";
 import { Failure, Loading, Nothing, Notice } from "./states";
 import { useHistory } from "./useHistory";
@@ -44,6 +45,7 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
       <Notice title={title}>
         <p>{texts.map.noVersion}</p>
         <Link href="/">{texts.home}</Link>
+        <ParkedPanel robot={robot} map={map} floors={owner?.maps ?? []} />
         <HistoryPanel history={history} shown={0} newest={0} onChoose={choose} />
       </Notice>
     );
@@ -82,6 +84,7 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
             {owner?.name ?? robot} · {texts.map.summary(view.rooms.length, view.area)}
           </p>
         </header>
+        <ParkedPanel robot={robot} map={map} floors={owner?.maps ?? []} />
         <Tabs
           defaultValue="rooms"
           keepMounted={false}
