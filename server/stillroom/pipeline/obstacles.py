@@ -1,0 +1,222 @@
+"""Steps 2 to 4 of the transfer (paper, Algorithm 1): which obstacles of a new grid are wall and which are clutter, and where walls have gaps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+
+from stillroom.maps.geometry import GRID_M, Line, Points, as_points, polygons_in
+from stillroom.maps.grid import Cell, GridFrame, Mask, OccupancyGrid, look_up
+from stillroom.maps.meta import MetaOccupancy
+from stillroom.maps.semantics import SemanticMap
+from stillroom.pipeline.cells import cells_in, nearest_cells
+from stillroom.pipeline.params import Params
+from stillroom.pipeline.walls import Obstacles, seal_diagonals, separate_clutter
+
+SUBPIXEL = 4
+"""Binary digits that OpenCV keeps of a coordinate when it draws."""
+
+
+def corrected(grid: OccupancyGrid, occupancy: Sequence[MetaOccupancy]) -> OccupancyGrid:
+    """A copy of the grid with the meta-occupancy on it; the grid itself is never altered."""
+    if not occupancy:
+        return grid
+    cells = grid.cells.copy()
+    for cell, value in (("free", Cell.FREE), ("occupied", Cell.OCCUPIED)):
+        cells[cells_in([o.polygon for o in occupancy if o.cell == cell], grid.frame)] = value
+    return OccupancyGrid(grid.frame, cells)
+
+
+def classify_obstacles(
+    tracked: SemanticMap,
+    grid: OccupancyGrid,
+    shut: Sequence[str],
+    params: Params,
+    meta_walls: Sequence[Polygon] = (),
+) -> Obstacles:
+    """Obstacles near a tracked room boundary are wall, those inside tracked rooms are clutter; the others are judged by their shape.
+
+    What the robot did not see inside a tracked room still is floor; a shut door is an obstacle that moves, not a wall.
+    `meta_walls` are wall whatever was sensed there.
+    """
+    frame, cell = grid.frame, grid.frame.resolution
+    inside = filled([room.polygon for room in tracked.rooms], frame)
+    boundary = [as_points(wall.line) for wall in tracked.walls]
+    near = band(boundary, params.wall_classification_m, frame)
+    doors = filled([_doorway(d.line, params.door_thickness_m) for d in tracked.dividers if d.id in shut], frame)
+    wall = grid.occupied & (near | ~inside) & ~doors
+    wall &= ~_furniture(grid.occupied & inside, near, band(boundary, params.wall_offset_m, frame), params, cell)
+    floor = grid.free.copy()
+    if (floor & ~inside & ~near).sum() * cell**2 > params.floor_speck_m2:
+        beyond = separate_clutter(grid, params).floor & ~inside & ~near
+        floor |= beyond
+        wall &= ~beyond
+    wall |= _bridged(boundary, wall, frame, params)
+    wall &= ~(_spurs(wall, params.wall_spur_m / cell) & (near | inside))
+    wall |= cells_in(meta_walls, frame)
+    floor &= ~wall
+    unseen = grid.unexplored & inside & ~wall
+    rim = unseen & band(boundary, params.outline_margin_m, frame)
+    unseen &= ~rim
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    for _ in range(2 * round(params.outline_margin_m / cell) + 2):
+        unseen |= (cv2.dilate(unseen.view(np.uint8), cross) > 0) & rim
+    floor |= (grid.occupied & ~wall & (inside | near)) | unseen
+    return Obstacles(wall, grid.occupied & ~wall & inside, seal_diagonals(floor))
+
+
+def filled(polygons: Sequence[Polygon], frame: GridFrame) -> Mask:
+    """Cells whose centre lies in one of the polygons."""
+    mask = np.zeros((frame.height, frame.width), np.uint8)
+    # OpenCV fills every cell that the edge touches: half a cell less keeps shapes from growing mission by mission
+    for polygon in polygons_in(shapely.buffer(list(polygons), -frame.resolution / 2, join_style="mitre")):
+        rings = [drawn(shapely.get_coordinates(ring), frame) for ring in (polygon.exterior, *polygon.interiors)]
+        hollow = np.zeros_like(mask) if len(rings) > 1 else mask
+        cv2.fillPoly(hollow, rings, 1, shift=SUBPIXEL)
+        mask |= hollow
+    return mask > 0
+
+
+def band(lines: Sequence[Points], reach_m: float, frame: GridFrame) -> Mask:
+    """Cells within `reach_m` of one of the lines."""
+    mask = np.zeros((frame.height, frame.width), np.uint8)
+    thickness = max(1, 2 * round(reach_m / frame.resolution) + 1)
+    cv2.polylines(mask, [drawn(line, frame) for line in lines], False, 1, thickness, shift=SUBPIXEL)
+    return mask > 0
+
+
+def drawn(points: Points, frame: GridFrame) -> npt.NDArray[np.int32]:
+    """Map coordinates as OpenCV draws them: fixed point, cell centres at whole numbers."""
+    return np.round((frame.to_cells(points) - 0.5) * (1 << SUBPIXEL)).astype(np.int32)
+
+
+def _spurs(mask: Mask, cells: float) -> Mask:
+    """Components of `mask` shorter than `cells`: edges of cupboards that touch a wall, not walls."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    short = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) < cells
+    short[0] = False
+    return np.asarray(short[labels])
+
+
+def _furniture(obstacles: Mask, near: Mask, along: Mask, params: Params, cell: float) -> Mask:
+    """Of the obstacles inside rooms those that are no wall: what stands off the walls and is short, or reaches on into the room.
+
+    `along` is the band of cells in which walls are expected. What touches furniture there belongs to it, or else the slice of a cupboard
+    that is next to the wall would become wall, and with the next mission the next slice.
+    """
+    _, labels, stats, _ = cv2.connectedComponentsWithStats((obstacles & ~along).view(np.uint8), connectivity=8)
+    longest = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
+    large = np.zeros(len(stats), bool)
+    large[labels[obstacles & ~along & ~near]] = True
+    small = (longest < params.wall_spur_m / cell) & ~large
+    large[0] = small[0] = False
+    reach = 2 * (round(params.wall_offset_m / cell) + 1) + 1
+    grown = cv2.dilate(large[labels].view(np.uint8), np.ones((reach, reach), np.uint8)) > 0
+    return np.asarray(small[labels] | (grown & obstacles))
+
+
+# -- gaps in walls -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Gap:
+    """A stretch of a tracked line along which the new grid has no wall.
+
+    `path` (n, 2), metres, follows the line from the wall on one side to the wall on the other, moved with what is left of both.
+    """
+
+    path: Points
+    bounded: bool = True
+    """Whether there is wall at both ends; a line may also begin or end without."""
+
+    @property
+    def chord_m(self) -> float:
+        """From end to end."""
+        return float(np.hypot(*(self.path[-1] - self.path[0])))
+
+
+def find_gaps(lines: Sequence[Points], wall: Mask, frame: GridFrame, params: Params) -> list[Gap]:
+    """Where lines (n, 2) that should lie on `wall` find none within the classification distance on either side."""
+    return [gap for line in lines for gap in _gaps_along(line, wall, frame, params)]
+
+
+def _gaps_along(line: Points, wall: Mask, frame: GridFrame, params: Params) -> list[Gap]:
+    cells = frame.to_cells(line)
+    stations = shapely.get_coordinates(shapely.segmentize(shapely.LineString(cells), 1.0))
+    along = np.gradient(stations, axis=0)
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
+    normals = np.stack([along[:, 1], -along[:, 0]], 1)
+    hit, place = _nearest_wall(stations, normals, wall, params.wall_classification_m / frame.resolution)
+    if hit.all() or not hit.any():
+        return []
+    if np.allclose(line[0], line[-1]):
+        # a ring begins on a wall, so that no gap is cut in two
+        first = int(hit.argmax())
+        turned = np.concatenate([np.arange(first, len(hit) - 1), np.arange(first + 1)])
+        stations, hit, place = stations[turned], hit[turned], place[turned]
+    found = np.flatnonzero(hit)
+    shift = place + 0.5 - stations
+    runs = [(a, b) for a, b in pairwise(found.tolist()) if b > a + 1]
+    gaps = [Gap(frame.to_map(_between(stations[a : b + 1], shift[a], shift[b]))) for a, b in runs]
+    first, last = int(found[0]), int(found[-1])
+    if first > 1:
+        gaps.append(Gap(frame.to_map(stations[: first + 1] + shift[first]), bounded=False))
+    if last < len(hit) - 2:
+        gaps.append(Gap(frame.to_map(stations[last:] + shift[last]), bounded=False))
+    return gaps
+
+
+def _between(stations: Points, begin: Points, end: Points) -> Points:
+    """Stations (n, 2) shifted from `begin` at the first to `end` at the last."""
+    share = np.linspace(0, 1, len(stations))[:, None]
+    return stations + (1 - share) * begin + share * end
+
+
+def _bridged(boundary: Sequence[Points], wall: Mask, frame: GridFrame, params: Params) -> Mask:
+    """Gaps in walls that were whole, closed where every point still lies within the wall distance of an obstacle (paper, Table I)."""
+    bridges = np.zeros(wall.shape, np.uint8)
+    longest = 2 * params.wall_reach_m + frame.resolution
+    for gap in find_gaps(boundary, wall, frame, params):
+        if gap.bounded and gap.chord_m <= longest + GRID_M:
+            begin, end = nearest_cells(gap.path[[0, -1]], frame).tolist()
+            cv2.line(bridges, begin, end, 1, 1)
+    return bridges > 0
+
+
+def _nearest_wall(stations: Points, normals: Points, wall: Mask, cells: float) -> tuple[Mask, npt.NDArray[np.int64]]:
+    """For each station whether a wall cell lies within `cells` along the normal, and which is the nearest: (n,) and (n, 2)."""
+    steps = np.arange(-np.ceil(cells), np.ceil(cells) + 1)
+    steps = steps[np.argsort(np.abs(steps), kind="stable")]
+    at = stations[:, None] + steps[None, :, None] * normals[:, None]
+    seen = look_up(wall, at, False)
+    first = seen.argmax(1)
+    return np.asarray(seen.any(1)), np.floor(at[np.arange(len(at)), first]).astype(np.int64)
+
+
+# -- doors ---------------------------------------------------------------------------------------------------------
+
+
+def _doorway(line: Line, reach_m: float) -> Polygon:
+    """The rectangle `reach_m` to both sides of a divider, no longer than it."""
+    return shapely.buffer(shapely.LineString(line), reach_m, cap_style="flat")
+
+
+def is_shut(line: Line, grid: OccupancyGrid, params: Params) -> bool:
+    """Whether obstacles cover most of a divider."""
+    ends = as_points(line)
+    along = ends[1] - ends[0]
+    length = float(np.hypot(*along))
+    if length < grid.frame.resolution:
+        return False
+    normal = np.array([-along[1], along[0]]) / length
+    cell = grid.frame.resolution
+    stations = ends[0] + np.linspace(0.1, 0.9, max(3, round(length / cell)))[:, None] * along
+    depth = np.arange(-params.door_thickness_m, params.door_thickness_m + cell / 2, cell)
+    at = stations[:, None] + depth[None, :, None] * normal
+    covered = look_up(grid.occupied, grid.frame.to_cells(at.reshape(-1, 2)).reshape(at.shape), False)
+    return float(covered.any(1).mean()) > params.door_cover
