@@ -15,7 +15,7 @@ from stillroom.maps.geometry import Pose, as_points
 from stillroom.maps.grid import GridFrame
 from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
 from stillroom.maps.motion import Motion
-from stillroom.maps.semantics import Clutter, Divider, Ids, Restriction, Room, SemanticMap, Wall
+from stillroom.maps.semantics import Clutter, Divider, Ids, Phantom, Restriction, Room, SemanticMap, Wall
 
 T = TypeVar("T")
 coordinate = st.floats(-1000, 1000)
@@ -60,6 +60,7 @@ maps = st.builds(
             st.none() | name,
             st.booleans(),
             st.none() | polygons(),
+            st.sampled_from([None, "kitchen", "hall"]),
         )
     ),
     dividers=several(
@@ -85,6 +86,7 @@ maps = st.builds(
         several(st.builds(MetaOccupancy, name, polygons(), st.sampled_from(["occupied", "free"]), name)),
         several(st.builds(MetaDivider, name, line, st.lists(name, max_size=2).map(tuple), name)),
     ),
+    phantoms=several(st.builds(Phantom, name, st.lists(point, min_size=3, max_size=5).map(tuple))),
     ids=st.builds(Ids, st.just("2-"), st.just((("d", 4), ("r", 7)))),
 )
 
@@ -166,7 +168,8 @@ def test_the_format_that_was_written_first_is_read_for_ever() -> None:
     }
     semantic_map = decode_map(document)
     assert semantic_map.rooms[0].name == "Kitchen"
-    assert semantic_map.rooms[0].anchor is None
+    assert (semantic_map.rooms[0].anchor, semantic_map.rooms[0].kind) == (None, None)
+    assert semantic_map.phantoms == ()
     assert semantic_map.meta.dividers[0].since == "16"
     assert replace(semantic_map, ids=Ids()) == semantic_map
     assert json.loads(json.dumps(encode_map(semantic_map))) == stored.upgrade(document) | {"format": stored.FORMAT}

@@ -6,7 +6,7 @@ from stillroom.documents import api, geojson
 from stillroom.documents.stored import rings
 from stillroom.maps.geometry import Point
 from stillroom.maps.grid import GridFrame
-from stillroom.maps.semantics import Restriction, Room, SemanticMap
+from stillroom.maps.semantics import Phantom, Restriction, Room, SemanticMap
 
 
 def frame(of: GridFrame) -> api.Frame:
@@ -55,6 +55,7 @@ def features(m: SemanticMap) -> list[geojson.Feature]:
         *meta_dividers,
         *meta_occupancy,
         *map(_restriction, m.restrictions),
+        *map(_phantom, m.phantoms),
     ]
 
 
@@ -70,6 +71,7 @@ def room(of: Room) -> geojson.RoomFeature:
             derived_from=of.derived_from,
             last_visited=of.last_visited,
             pinned=of.pinned,
+            kind=of.kind,
         ),
     )
 
@@ -78,11 +80,15 @@ def segments(m: SemanticMap, group: str) -> list[api.Segment]:
     return [api.Segment(id=str(r.segment_id), name=r.name, group=group) for r in m.rooms]
 
 
+def _phantom(of: Phantom) -> geojson.PhantomFeature:
+    return geojson.PhantomFeature(id=of.id, geometry=_ring(of.shape), properties=geojson.PhantomProperties())
+
+
 def _restriction(of: Restriction) -> geojson.RestrictionFeature:
     is_line = of.kind == "virtual_wall"
     return geojson.RestrictionFeature(
         id=of.id,
-        geometry=_line(of.shape) if is_line else _polygon([[list(p) for p in (*of.shape, of.shape[0])]]),
+        geometry=_line(of.shape) if is_line else _ring(of.shape),
         properties=geojson.RestrictionProperties(kind=of.kind, placement="placed" if of.placed else "unplaced"),
     )
 
@@ -93,3 +99,8 @@ def _line(points: Sequence[Point]) -> geojson.LineString:
 
 def _polygon(coordinates: list[list[list[float]]]) -> geojson.Polygon:
     return geojson.Polygon(coordinates=[[(x, y) for x, y in ring] for ring in coordinates])
+
+
+def _ring(shape: Sequence[Point]) -> geojson.Polygon:
+    """A ring whose first point is not repeated, closed."""
+    return geojson.Polygon(coordinates=[[*shape, shape[0]]])

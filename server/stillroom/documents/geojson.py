@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from stillroom.maps.semantics import DividerKind, MadeBy, RestrictionKind, WallKind
+from stillroom.maps.semantics import DividerKind, MadeBy, RestrictionKind, RoomKind, WallKind
 
 Position = tuple[float, float]
 
@@ -35,6 +35,9 @@ class RoomProperties(Document):
     last_visited: str | None
     """Id of the newest mission that saw it."""
     pinned: bool
+    """It changes only when a person agrees."""
+    kind: RoomKind | None
+    """What it is used for, where a person said so."""
 
 
 class DividerProperties(Document):
@@ -70,6 +73,10 @@ class RestrictionProperties(Document):
     semantic: Literal["restriction"] = "restriction"
     kind: RestrictionKind
     placement: Literal["placed", "unplaced"]
+
+
+class PhantomProperties(Document):
+    semantic: Literal["phantom"] = "phantom"
 
 
 class _Feature(Document):
@@ -112,6 +119,13 @@ class RestrictionFeature(_Feature):
     properties: RestrictionProperties
 
 
+class PhantomFeature(_Feature):
+    """Space that is not a real place: no floor in this or any later mission."""
+
+    geometry: Polygon
+    properties: PhantomProperties
+
+
 Feature = (
     RoomFeature
     | DividerFeature
@@ -120,4 +134,5 @@ Feature = (
     | MetaDividerFeature
     | MetaOccupancyFeature
     | RestrictionFeature
+    | PhantomFeature
 )

@@ -14,19 +14,23 @@ from stillroom.maps.geometry import Point, Pose, as_points
 from stillroom.maps.grid import GridFrame
 from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
 from stillroom.maps.motion import Motion
-from stillroom.maps.semantics import Clutter, Divider, Ids, Restriction, Room, SemanticMap, Wall
+from stillroom.maps.semantics import Clutter, Divider, Ids, Phantom, Restriction, Room, SemanticMap, Wall
 
 Json = dict[str, Any]
 Rings = list[list[list[float]]]
 
-FORMAT = 2
+FORMAT = 3
 
 
 def _with_anchors(document: Json) -> Json:
     return document | {"rooms": [room | {"anchor": None} for room in document["rooms"]]}
 
 
-UPGRADES: tuple[Callable[[Json], Json], ...] = (_with_anchors,)
+def _with_kinds_and_phantoms(document: Json) -> Json:
+    return document | {"rooms": [room | {"kind": None} for room in document["rooms"]], "phantoms": []}
+
+
+UPGRADES: tuple[Callable[[Json], Json], ...] = (_with_anchors, _with_kinds_and_phantoms)
 """UPGRADES[n - 1] makes a document of format n one of format n + 1."""
 
 
@@ -53,6 +57,7 @@ def encode_map(semantic_map: SemanticMap) -> Json:
                 "last_visited": r.last_visited,
                 "pinned": r.pinned,
                 "anchor": None if r.anchor is None else rings(r.anchor),
+                "kind": r.kind,
             }
             for r in m.rooms
         ],
@@ -71,6 +76,7 @@ def encode_map(semantic_map: SemanticMap) -> Json:
         "meta_dividers": [
             {"id": d.id, "line": _line(d.line), "rooms": list(d.rooms), "since": d.since} for d in m.meta.dividers
         ],
+        "phantoms": [{"id": p.id, "shape": _line(p.shape)} for p in m.phantoms],
     }
 
 
@@ -93,6 +99,7 @@ def decode_map(document: Json, ids: Ids = Ids()) -> SemanticMap:
             tuple(MetaOccupancy(**o | {"polygon": _polygon(o["polygon"])}) for o in d["meta_occupancy"]),
             tuple(MetaDivider(v["id"], _segment(v["line"]), tuple(v["rooms"]), v["since"]) for v in d["meta_dividers"]),
         ),
+        phantoms=tuple(Phantom(p["id"], _points(p["shape"])) for p in d["phantoms"]),
         ids=ids,
     )
 

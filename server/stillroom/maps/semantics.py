@@ -15,6 +15,10 @@ MadeBy = Literal["algorithm", "user"]
 DividerKind = Literal["open", "door"]
 WallKind = Literal["wall", "open"]
 RestrictionKind = Literal["no_go", "no_mop", "virtual_wall"]
+RoomKind = Literal[
+    "kitchen", "dining_room", "living_room", "bedroom", "children_room", "bathroom", "toilet", "hall", "office",
+    "utility_room", "storage", "garage", "balcony", "other",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,8 @@ class Room:
     pinned: bool = False
     anchor: Polygon | None = None
     """Its shape when a person last confirmed it, or when it was found, in the map's frame: it moves only with the whole map, rigidly."""
+    kind: RoomKind | None = None
+    """What it is used for, where a person said so."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +100,17 @@ class Restriction:
 
 
 @dataclass(frozen=True)
+class Phantom:
+    """Space that is not a real place, as a person said: a mirror's image, what lies behind a window, the outside.
+
+    `shape` is a ring of three or more points, first point not repeated. It is no floor in this or any later mission.
+    """
+
+    id: str
+    shape: tuple[Point, ...]
+
+
+@dataclass(frozen=True)
 class SemanticMap:
     frame: GridFrame
     rooms: tuple[Room, ...] = ()
@@ -102,6 +119,7 @@ class SemanticMap:
     clutter: tuple[Clutter, ...] = ()
     restrictions: tuple[Restriction, ...] = ()
     meta: MapMeta = field(default=MapMeta.EMPTY)
+    phantoms: tuple[Phantom, ...] = ()
     ids: Ids = Ids()
 
     def room(self, room_id: str) -> Room | None:
@@ -116,5 +134,8 @@ class SemanticMap:
         corners = as_points([(0, 0), (frame.width, 0), (frame.width, frame.height), (0, frame.height)])
         lines = [as_points(divider.line) for divider in self.dividers] + [as_points(wall.line) for wall in self.walls]
         rings = [shapely.get_coordinates(room.polygon) for room in self.rooms]
-        shapes = [as_points(restriction.shape) for restriction in self.restrictions]
+        shapes = [as_points(shape) for shape in self._drawn_shapes()]
         return np.unique(np.concatenate([frame.to_map(corners), *rings, *lines, *shapes]), axis=0)
+
+    def _drawn_shapes(self) -> list[tuple[Point, ...]]:
+        return [r.shape for r in self.restrictions] + [p.shape for p in self.phantoms]

@@ -19,6 +19,7 @@ from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
 from stillroom.pipeline.dividers import Adrift, attach, centre
 from stillroom.pipeline.obstacles import SUBPIXEL, classify_obstacles, corrected, drawn, is_shut
 from stillroom.pipeline.params import Params
+from stillroom.pipeline.phantoms import carry_phantoms, without_phantoms
 from stillroom.pipeline.rooms import absorb, new_rooms, overlaps, partition, rooms_beside
 from stillroom.pipeline.walls import Obstacles, clutter_features, outline, wall_features
 
@@ -69,6 +70,7 @@ def track(previous: SemanticMap, motion: Motion, frame: GridFrame) -> SemanticMa
             replace(w, line=as_tuples(line))
             for w, line in zip(previous.walls, _moved([w.line for w in previous.walls], motion), strict=True)
         ),
+        phantoms=carry_phantoms(previous.phantoms, motion),
     )
 
 
@@ -88,7 +90,8 @@ def transfer_semantics(
     tracked: SemanticMap, grid: OccupancyGrid, mission_id: str, params: Params, meta: MapMeta = MapMeta.EMPTY
 ) -> Transfer:
     """Steps 2 to 6: obstacles into wall and clutter, walls, divider ends, rooms. `meta` is what corrects the grid and cuts the floor."""
-    sensed, grid = grid, corrected(grid, meta.occupancy)
+    sensed = without_phantoms(grid, tracked.phantoms)
+    grid = corrected(sensed, meta.occupancy)
     shut = tuple(d.id for d in tracked.dividers if is_shut(d.line, sensed, params))
     meta_walls = [o.polygon for o in meta.occupancy if o.cell == "occupied"]
     obstacles = classify_obstacles(tracked, grid, shut, params, meta_walls)
