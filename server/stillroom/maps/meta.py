@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from shapely import Polygon
+from shapely import LineString, Polygon
 
 from stillroom.maps.geometry import Line
 
@@ -17,6 +17,12 @@ class MetaOccupancy:
     cell: Literal["occupied", "free"]
     since: str
     """Id of the mission that first needed it."""
+    contradicted: int = 0
+    """In how many missions since then the robot sensed the opposite."""
+
+    @property
+    def shape(self) -> Polygon:
+        return self.polygon
 
 
 @dataclass(frozen=True)
@@ -27,6 +33,12 @@ class MetaDivider:
     line: Line
     rooms: tuple[str, ...]
     since: str
+    contradicted: int = 0
+    """In how many missions since then the robot sensed free floor along it."""
+
+    @property
+    def shape(self) -> LineString:
+        return LineString(self.line)
 
 
 @dataclass(frozen=True)

@@ -75,6 +75,35 @@ def attach(
     return Attached(placed)
 
 
+def attach_path(path: Points, floor: MultiPolygon, others: Sequence[Line], reach_m: float) -> Points | None:
+    """A path (n, 2) over the floor whose two ends are moved to the walls or dividers that they end on; None where one finds none.
+
+    Each goes on in its direction, or back, to the nearest crossing within reach, else to the nearest place within reach.
+    """
+    if len(path) < 2 or floor.is_empty:
+        return None
+    rings = shapely.get_rings(shapely.get_parts(floor))
+    barriers = shapely.multilinestrings([*map(LineString, rings), *(LineString(other) for other in others)])
+    moved = path.copy()
+    for end, inner in ((0, 1), (-1, -2)):
+        along = path[end] - path[inner]
+        length = float(np.hypot(*along))
+        near = shapely.get_coordinates(shapely.shortest_line(shapely.Point(path[end]), barriers))
+        gap = float(np.hypot(*(near[1] - near[0])))
+        if length > TOUCH_M and gap > TOUCH_M:
+            stations = _crossings(path[inner], along / length, length, barriers, reach_m)
+            station = _crossing(stations, length, -1.0, length, reach_m, nearest=True)
+            if station is not None and abs(station - length) <= DETOUR * gap + DETOUR_M:
+                moved[end] = path[inner] + station * along / length
+                continue
+        if gap > reach_m:
+            return None
+        moved[end] = near[1]
+    moved[[0, -1]] = _on_grid(moved[[0, -1]], barriers)
+    moved[1:-1] = np.round(moved[1:-1], 3)
+    return moved
+
+
 def _on_grid(points: Points, barriers: shapely.Geometry) -> Points:
     """Each point (n, 2) at whole millimetres, on that side on which it stays nearest to what it lies on: cutting must find it there."""
     near = (np.floor(points / GRID_M + 1e-6)[:, None] + [(0, 0), (1, 0), (0, 1), (1, 1)]) * GRID_M

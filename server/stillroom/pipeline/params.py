@@ -63,6 +63,14 @@ class Params:
     face_area_m2: float = 0.25
     """Pieces of floor smaller than this join the neighbour with the longest common edge."""
 
+    # -- resolution --
+    meta_length_m: float = 1.5
+    """Sections of wall longer than this that are gone, or new, are real changes and stand (meta-occupancy): a door's width and more."""
+    meta_area_m2: float = 0.5
+    """The same of new obstacles, by area."""
+    meta_thickness_m: float = 0.10
+    """Of the walls that meta-occupancy puts back."""
+
     # -- alignment and registration --
     tracking_outlier_m: float = 0.20
     """A tracked vertex that stands apart from its neighbours by more than this counts little."""

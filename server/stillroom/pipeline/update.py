@@ -10,6 +10,7 @@ import shapely
 from stillroom.maps.constraints import Violation, violations
 from stillroom.maps.geometry import Points, as_points
 from stillroom.maps.grid import OccupancyGrid
+from stillroom.maps.meta import MapMeta
 from stillroom.maps.mission import Mission
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Ids, SemanticMap
@@ -18,12 +19,14 @@ from stillroom.pipeline.alignment import align
 from stillroom.pipeline.conflicts import Conflict, RoomScore, score_rooms
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.registration import Registration, register
+from stillroom.pipeline.resolution import Attempt, minimise, name_corrections, resolve_conflicts
+from stillroom.pipeline.resolution import ResolverName as ResolverName
 from stillroom.pipeline.restrictions import carry_restrictions
 from stillroom.pipeline.transfer import Transfer, track, transfer_semantics
 
 Outcome = Literal["created", "updated", "resolved", "needs_review", "reverted", "parked"]
 Row = Literal["transfer", "meta_occupancy", "meta_dividers"]
-ResolverName = Literal["meta_occupancy", "meta_dividers"]
+ROWS: tuple[Row, ...] = ("transfer", "meta_occupancy", "meta_dividers")
 RESOLVERS: tuple[ResolverName, ...] = ("meta_occupancy", "meta_dividers")
 """In their order; a shorter tuple is one of the paper's ablation rows."""
 Stage = Callable[[str], AbstractContextManager[None]]
@@ -103,19 +106,39 @@ def update_map(
             motion = registered.motion
         else:
             motion = align(previous, mission.motion, mission.grid, params.alignment_reach_m, params).motion
-    with stage("transfer"):
+    with stage("track"):
         tracked = track(previous, motion, mission.grid.frame)
         # what this mission did not see may lie beyond its grid
         grid = mission.grid.covering(_corners(tracked))
-        transfer = transfer_semantics(tracked, grid, mission.id, params)
+
+    def carried(meta: MapMeta) -> Attempt:
+        transfer = transfer_semantics(tracked, grid, mission.id, params, meta)
+        return Attempt(transfer, score_rooms(tracked, transfer.candidate, transfer.visited, params))
+
+    with stage("transfer"):
+        first = carried(MapMeta.EMPTY)
+    with stage("resolve"):
+        attempts = resolve_conflicts(first, carried, resolvers, params)
+        best = next(reversed(attempts.values()), first)
+        if not best.failed:
+            best = minimise(best, carried)
+    with stage("verify"):
+        transfer = best.transfer
         restrictions = carry_restrictions(
             previous.restrictions, motion, previous.rooms, transfer.candidate.rooms, mission.grid.frame
         )
-        transfer = replace(transfer, candidate=replace(transfer.candidate, restrictions=restrictions))
-    with stage("conflicts"):
-        rooms = score_rooms(tracked, transfer.candidate, transfer.visited, params)
-        broken = violations(transfer.candidate, grid, params.wall_reach_m)
-    return decide(previous, motion, transfer, rooms, broken)
+        named = name_corrections(transfer.candidate, tracked.meta, mission)
+        best = replace(best, transfer=replace(transfer, candidate=replace(named, restrictions=restrictions)))
+        broken = violations(best.transfer.candidate, transfer.grid, params.wall_reach_m)
+    return decide(previous, motion, best, _ablation(first, attempts), broken)
+
+
+def _ablation(first: Attempt, attempts: Mapping[ResolverName, Attempt]) -> Ablation:
+    transfer = not first.failed
+    occupancy = transfer or ("meta_occupancy" in attempts and not attempts["meta_occupancy"].failed)
+    return Ablation(
+        transfer, occupancy, occupancy or ("meta_dividers" in attempts and not attempts["meta_dividers"].failed)
+    )
 
 
 def _corners(tracked: SemanticMap) -> Points:
@@ -132,19 +155,20 @@ def _parked(previous: SemanticMap, registered: Registration) -> MapUpdate:
 
 
 def decide(
-    previous: SemanticMap, motion: Motion, transfer: Transfer, rooms: Sequence[RoomScore], broken: Sequence[Violation]
+    previous: SemanticMap, motion: Motion, best: Attempt, ablation: Ablation, broken: Sequence[Violation]
 ) -> MapUpdate:
     """Update or revert: the candidate is taken where every previous room was carried over and every constraint holds."""
-    carried = all(room.passed for room in rooms)
-    taken = carried and not broken
+    transfer, rooms = best.transfer, best.scores
+    taken = not best.failed and not broken
+    resolved = taken and transfer.candidate.meta != MapMeta.EMPTY
     return MapUpdate(
-        outcome="updated" if taken else "reverted",
+        outcome="resolved" if resolved else "updated" if taken else "reverted",
         map=transfer.candidate if taken else previous,
         taken=taken,
         reason=_reason(rooms, broken, transfer),
-        succeeded_at="transfer" if taken else None,
-        ablation=Ablation(carried, carried, carried),
-        rooms=tuple(rooms),
+        succeeded_at=next((row for row in ROWS if getattr(ablation, row)), None) if taken else None,
+        ablation=ablation,
+        rooms=rooms,
         discovered=transfer.new_rooms if taken else (),
         motion=motion,
         candidate=transfer.candidate,

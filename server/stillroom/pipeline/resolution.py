@@ -1,0 +1,263 @@
+"""Conflict resolution (paper, section IV): corrections in the meta layer until every previous room is back, and no more than it takes.
+
+Each step is followed by a fresh transfer. The robot's grid is never altered: corrections are polygons and lines of the meta layer.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, TypeVar
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import LineString, Polygon
+
+from stillroom.maps.geometry import Line, Points, as_line, as_points, polygons_in
+from stillroom.maps.grid import OccupancyGrid
+from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
+from stillroom.maps.mission import Mission
+from stillroom.maps.semantics import Ids, Room, SemanticMap
+from stillroom.pipeline.cells import cells_in
+from stillroom.pipeline.conflicts import RoomScore
+from stillroom.pipeline.dividers import attach_path
+from stillroom.pipeline.obstacles import Gap, band, filled, find_gaps
+from stillroom.pipeline.params import Params
+from stillroom.pipeline.transfer import Transfer
+from stillroom.pipeline.walls import clutter_features
+
+ResolverName = Literal["meta_occupancy", "meta_dividers"]
+
+ADJOINS_M = 0.30
+"""A correction this near to a room adjoins it."""
+SIDE_M = 0.15
+"""Where to look for what lies beside a correction."""
+SIDE_M2 = 0.01
+SAME_PLACE = 0.5
+"""A correction stood there before where one covers this share of it."""
+CONTRADICTED = 0.5
+STRAIGHT_M = 0.10
+"""A path of meta-dividers is straightened by up to this."""
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """A transfer and how well each previous room came through it."""
+
+    transfer: Transfer
+    scores: tuple[RoomScore, ...]
+
+    @property
+    def meta(self) -> MapMeta:
+        return self.transfer.candidate.meta
+
+    @property
+    def failed(self) -> frozenset[str]:
+        return frozenset(score.id for score in self.scores if not score.passed)
+
+    def failed_rooms(self) -> tuple[Room, ...]:
+        """As they were tracked."""
+        return tuple(room for room in self.transfer.tracked.rooms if room.id in self.failed)
+
+
+Retry = Callable[[MapMeta], Attempt]
+"""A fresh transfer of the same mission with that meta layer."""
+Resolver = Callable[[Attempt, Retry, Params], Attempt]
+
+
+def resolve_conflicts(
+    first: Attempt, retry: Retry, resolvers: Sequence[ResolverName], params: Params
+) -> dict[ResolverName, Attempt]:
+    """What came of each resolver, in order, each on top of the one before; those after one that settled all are not tried."""
+    attempts: dict[ResolverName, Attempt] = {}
+    best = first
+    for name in resolvers:
+        if best.failed:
+            best = STEPS[name](best, retry, params)
+            attempts[name] = best
+    return attempts
+
+
+def meta_occupancy(attempt: Attempt, retry: Retry, params: Params) -> Attempt:
+    """Adds back small sections that were wall and are none any more, then those that were free and are wall, beside failed rooms."""
+    for differences in (wall_differences, free_differences):
+        for _ in range(ROUNDS):
+            found = differences(attempt, params) if attempt.failed else ()
+            if not found:
+                break
+            tried = retry(replace(attempt.meta, occupancy=(*attempt.meta.occupancy, *found)))
+            if not _is_better(tried, attempt):
+                break
+            attempt = tried
+    return attempt
+
+
+def meta_dividers(attempt: Attempt, retry: Retry, params: Params) -> Attempt:
+    """Adds the tracked boundary of lost rooms wherever it is neither wall nor divider."""
+    for _ in range(ROUNDS):
+        found = boundary_sections(attempt, params) if attempt.failed else ()
+        if not found:
+            break
+        tried = retry(replace(attempt.meta, dividers=(*attempt.meta.dividers, *found)))
+        if not _is_better(tried, attempt):
+            break
+        attempt = tried
+    return attempt
+
+
+ROUNDS = 2
+"""A room that comes back may show another that fails."""
+STEPS: dict[ResolverName, Resolver] = {"meta_occupancy": meta_occupancy, "meta_dividers": meta_dividers}
+
+
+def _is_better(tried: Attempt, before: Attempt) -> bool:
+    """Whether rooms came back, and none was lost for them."""
+    return tried.failed < before.failed
+
+
+# -- meta-occupancy ------------------------------------------------------------------------------------------------
+
+
+def wall_differences(attempt: Attempt, params: Params) -> tuple[MetaOccupancy, ...]:
+    """Sections of the tracked walls that are no wall now, small and beside failed rooms: connected components, as occupied polygons."""
+    transfer = attempt.transfer
+    frame = transfer.grid.frame
+    walls = [as_points(wall.line) for wall in transfer.tracked.walls if wall.kind == "wall"]
+    gaps = find_gaps(walls, transfer.obstacles.wall, frame, params)
+    half = max(0.75 * frame.resolution, params.meta_thickness_m / 2)
+    drawn = [shapely.buffer(LineString(gap.path), half, cap_style="square", join_style="mitre") for gap in gaps]
+    # the two faces of one wall are one section
+    between = params.meta_thickness_m + frame.resolution
+    whole = shapely.buffer(
+        shapely.buffer(shapely.union_all(drawn), between, join_style="mitre"), -between, join_style="mitre"
+    )
+    return tuple(
+        MetaOccupancy("", section, "occupied", "")
+        for section in polygons_in(whole)
+        if _extent(section) <= params.meta_length_m and _adjoins(section, attempt)
+    )
+
+
+def free_differences(attempt: Attempt, params: Params) -> tuple[MetaOccupancy, ...]:
+    """What is wall now well inside a failed room as it was tracked, where it is small: as free polygons."""
+    transfer = attempt.transfer
+    frame = transfer.grid.frame
+    inside = filled([room.polygon for room in attempt.failed_rooms()], frame)
+    along = band([as_points(wall.line) for wall in transfer.tracked.walls], params.wall_offset_m, frame)
+    sections = clutter_features(transfer.obstacles.wall & inside & ~along, frame, "", params)
+    return tuple(
+        MetaOccupancy("", section.polygon, "free", "")
+        for section in sections
+        if section.polygon.area <= params.meta_area_m2 and _extent(section.polygon) <= params.meta_length_m
+    )
+
+
+def _extent(polygon: Polygon) -> float:
+    """The longer side of the smallest rectangle around it, metres."""
+    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(polygon))
+    return float(np.linalg.norm(np.diff(corners, axis=0), axis=1).max())
+
+
+def _adjoins(section: Polygon, attempt: Attempt) -> bool:
+    return any(shapely.dwithin(section, room.polygon, ADJOINS_M) for room in attempt.failed_rooms())
+
+
+# -- meta-dividers -------------------------------------------------------------------------------------------------
+
+
+def boundary_sections(attempt: Attempt, params: Params) -> tuple[MetaDivider, ...]:
+    """Paths of meta-dividers along the tracked boundary of each lost room, where it runs over open floor and along no divider."""
+    transfer = attempt.transfer
+    barrier = (~transfer.obstacles.floor).view(np.uint8)
+    lines: list[Line] = [d.line for d in transfer.candidate.dividers] + [d.line for d in attempt.meta.dividers]
+    found: list[MetaDivider] = []
+    for room in attempt.failed_rooms():
+        _draw(barrier, lines, transfer)
+        for path in _open_paths(room.polygon, barrier, transfer, params):
+            placed = attach_path(path, transfer.floor, lines, params.divider_reach_m)
+            if placed is not None:
+                segments = [as_line(placed[k : k + 2]) for k in range(len(placed) - 1)]
+                found += [MetaDivider("", segment, (), "") for segment in segments]
+                lines += segments
+    return tuple(found)
+
+
+def _open_paths(polygon: Polygon, barrier: npt.NDArray[np.uint8], transfer: Transfer, params: Params) -> list[Points]:
+    """The parts of a room's boundary that run along nothing, straightened; the whole of it where nothing is near."""
+    ring = shapely.get_coordinates(polygon.exterior)
+    gaps: Sequence[Gap] = find_gaps([ring], barrier > 0, transfer.grid.frame, params)
+    return [shapely.get_coordinates(shapely.simplify(LineString(gap.path), STRAIGHT_M)) for gap in gaps]
+
+
+def _draw(barrier: npt.NDArray[np.uint8], lines: Sequence[Line], transfer: Transfer) -> None:
+    for line in lines:
+        begin, end = np.floor(transfer.grid.frame.to_cells(as_points(line))).astype(int).tolist()
+        cv2.line(barrier, begin, end, 1, 1)
+
+
+# -- as little as possible -----------------------------------------------------------------------------------------
+
+
+def minimise(attempt: Attempt, retry: Retry) -> Attempt:
+    """Without the corrections that part nothing: the less the map disagrees with the robot, the better."""
+    kept = needed(attempt)
+    if kept == attempt.meta:
+        return attempt
+    tried = retry(kept)
+    return attempt if tried.failed else tried
+
+
+def needed(attempt: Attempt) -> MapMeta:
+    """The corrections that have different rooms, or a room and other floor, on their sides."""
+    rooms = [room.polygon for room in attempt.transfer.candidate.rooms]
+    occupancy = []
+    for correction in attempt.meta.occupancy:
+        around = shapely.buffer(correction.polygon, SIDE_M)
+        touched = int((shapely.area(shapely.intersection(around, rooms)) > SIDE_M2).sum())
+        if correction.cell == "free" or touched > 1:
+            occupancy.append(correction)
+    dividers = tuple(d for d in attempt.meta.dividers if len(d.rooms) > 1)
+    return MapMeta(tuple(occupancy), dividers)
+
+
+def name_corrections(candidate: SemanticMap, before: MapMeta, mission: Mission) -> SemanticMap:
+    """The candidate with ids for its corrections: one that stood in its place before keeps its id, and since when it stands.
+
+    `before` is the previous meta layer, tracked.
+    """
+    occupancy, ids = _named(candidate.meta.occupancy, before.occupancy, "o", mission, candidate.ids)
+    dividers, ids = _named(candidate.meta.dividers, before.dividers, "m", mission, ids)
+    return replace(candidate, meta=MapMeta(occupancy, dividers), ids=ids)
+
+
+Correction = TypeVar("Correction", MetaOccupancy, MetaDivider)
+
+
+def _named(
+    found: Sequence[Correction], before: Sequence[Correction], kind: str, mission: Mission, ids: Ids
+) -> tuple[tuple[Correction, ...], Ids]:
+    fresh, ids = ids.take(kind, len(found))
+    left = list(before)
+    named = []
+    for correction, new_id in zip(found, fresh, strict=True):
+        around = shapely.buffer(correction.shape, SIDE_M)
+        shares = [shapely.intersection(around, shapely.buffer(old.shape, SIDE_M)).area / around.area for old in left]
+        best = int(np.argmax(shares)) if shares and max(shares) > SAME_PLACE else None
+        old = correction if best is None else left.pop(best)
+        named.append(
+            replace(
+                correction,
+                id=old.id or new_id,
+                since=old.since or mission.id,
+                contradicted=old.contradicted + _is_contradicted(correction, mission.grid),
+            )
+        )
+    return tuple(named), ids
+
+
+def _is_contradicted(correction: MetaOccupancy | MetaDivider, grid: OccupancyGrid) -> bool:
+    """Whether the robot sensed the opposite on most of it."""
+    width = max(grid.frame.resolution, 0.05)
+    cells = cells_in([shapely.buffer(correction.shape, width / 2, cap_style="flat")], grid.frame)
+    opposite = grid.occupied if isinstance(correction, MetaOccupancy) and correction.cell == "free" else grid.free
+    return bool((cells & opposite).sum() > CONTRADICTED * max(int(cells.sum()), 1))
