@@ -12,7 +12,7 @@ from typing import Any
 
 from stillroom import __version__, file_commands, logs, simulation_commands
 from stillroom.arguments import Command, add_command, count, positive
-from stillroom.settings import Settings
+from stillroom.settings import InvalidSetting, Settings
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -21,6 +21,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command: Command = options.command
     try:
         return command(options)
+    except InvalidSetting as error:
+        print(f"stillroom: {error}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         return 130
 
@@ -30,7 +33,7 @@ def parser() -> argparse.ArgumentParser:
         prog="stillroom",
         description="Keeps a home's rooms still while the robot's map under them moves.",
         epilog="Settings come from the environment: STILLROOM_DATA_DIR, STILLROOM_DATABASE_URL, STILLROOM_GRID_STORE_URL, "
-        "STILLROOM_ADMIN_TOKEN.",
+        "STILLROOM_ADMIN_TOKEN, STILLROOM_RESOLVERS.",
     )
     top.add_argument("--version", action="version", version=f"stillroom {__version__}")
     commands = top.add_subparsers(required=True, metavar="COMMAND")

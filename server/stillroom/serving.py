@@ -53,7 +53,7 @@ def serve(settings: Settings, host: str, port: int, worker_count: int) -> None:
     migrate.migrate(database)
     signals = Signals()
     app = create_app(settings, signals)
-    workers = Workers(settings.database_url, settings.grid_store_url, worker_count, signals.hear)
+    workers = Workers(settings.database_url, settings.grid_store_url, settings.resolvers, worker_count, signals.hear)
     signals.wake_workers = workers.wake
     config = uvicorn.Config(
         app, host=host, port=port, log_level="warning", timeout_graceful_shutdown=GRACE_S, server_header=False

@@ -9,7 +9,7 @@ import pytest
 from stillroom.maps.geometry import Pose
 from stillroom.maps.mission import Mission
 from stillroom.maps.semantics import SemanticMap
-from stillroom.pipeline.update import MapUpdate, update_map
+from stillroom.pipeline.update import RESOLVERS, MapUpdate, update_map
 from stillroom.service import processing
 from stillroom.store import lanes, maps, missions
 from stillroom.store.database import Database
@@ -108,6 +108,24 @@ def test_a_mission_that_ends_its_worker_again_and_again_is_put_aside(service: Se
     mission = mapped.get(f"{mapped.path()}/missions/1").json()
     assert (mission["outcome"], mission["version"]) == ("reverted", 1)
     assert mapped.upload("2", home(shift=(1, 0))).json()["outcome"] == "updated"
+
+
+def test_a_worker_s_resolvers_reach_the_core(
+    service: Service, mapped: RobotCaller, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[object] = []
+
+    def remember(previous: SemanticMap, mission: Mission, **rest: Any) -> MapUpdate:
+        asked.append(rest["resolvers"])
+        return update_map(previous, mission, **rest)
+
+    monkeypatch.setattr(processing, "update_map", remember)
+    service.worker.paused = True
+    mapped.upload("1", wait=None)
+    processing.process_next(service.database, service.grids, ("meta_occupancy",))
+    service.worker.resume()
+    assert mapped.upload("2").json()["status"] == "done"
+    assert asked == [("meta_occupancy",), RESOLVERS]
 
 
 def test_missions_of_different_maps_are_claimed_side_by_side_and_of_one_map_never(

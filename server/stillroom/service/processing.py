@@ -2,7 +2,7 @@
 
 import time
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from datetime import datetime
@@ -17,7 +17,7 @@ from stillroom.errors import Unavailable
 from stillroom.maps.mission import Mission, tracked_motion
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import SemanticMap
-from stillroom.pipeline.update import MapUpdate, create_semantic_map, update_map
+from stillroom.pipeline.update import RESOLVERS, MapUpdate, ResolverName, create_semantic_map, update_map
 from stillroom.service.candidates import Question, ask, under_version
 from stillroom.service.frames import Step, motion_between
 from stillroom.service.versions import ids_of, new_version
@@ -98,14 +98,16 @@ def _is_older(first: MissionRow, second: MissionRow) -> bool:
     return first.id < second.id
 
 
-def process_next(database: Database, grids: GridStore) -> int | None:
+def process_next(database: Database, grids: GridStore, resolvers: Sequence[ResolverName] = RESOLVERS) -> int | None:
     """Processes one mission, of the lane that waits longest. The id of its map; None where there was nothing to do."""
     claim = lanes.claim(database)
     if claim is None:
         return None
     with _renewed(database, claim):
         give_up = claim.attempts > MAX_ATTEMPTS
-        process = partial(_give_up, database, claim) if give_up else partial(_process, database, grids, claim)
+        process = (
+            partial(_give_up, database, claim) if give_up else partial(_process, database, grids, claim, resolvers)
+        )
         # A person may have edited the map meanwhile: then the mission is carried over from the edited map.
         while not process():
             pass
@@ -118,13 +120,13 @@ def _give_up(database: Database, claim: lanes.Claim) -> bool:
     return _commit(database, claim, gathered, None, _failure(gathered, reason, Timings()))
 
 
-def _process(database: Database, grids: GridStore, claim: lanes.Claim) -> bool:
+def _process(database: Database, grids: GridStore, claim: lanes.Claim, resolvers: Sequence[ResolverName]) -> bool:
     """False where the version in force changed meanwhile."""
     gathered = gather(database, claim.mission_id)
     timings = Timings()
     try:
         with timings("total"):
-            update, warnings = decide(gathered, grids, timings)
+            update, warnings = decide(gathered, grids, timings, resolvers)
             question = _question(database, gathered, grids, timings) if update.outcome == "parked" else None
     except Exception:
         reason = "Processing failed; the mission is kept and was not taken."
@@ -166,7 +168,9 @@ def _frame_step(tx: Transaction, map_id: int, number: int) -> Step | None:
     return None if head is None else (head.frame_from, decode_motion(head.motion))
 
 
-def decide(gathered: Gathered, grids: GridStore, timings: Timings) -> tuple[MapUpdate, tuple[str, ...]]:
+def decide(
+    gathered: Gathered, grids: GridStore, timings: Timings, resolvers: Sequence[ResolverName]
+) -> tuple[MapUpdate, tuple[str, ...]]:
     """What the mission comes to, and warnings about its tracking."""
     with timings("decode"):
         grid, semantics = read_mission_map(grids.get(gathered.mission.grid), gathered.meta.reading())
@@ -177,7 +181,7 @@ def decide(gathered: Gathered, grids: GridStore, timings: Timings) -> tuple[MapU
     # Where a mission was parked its tracking was of no use, and where it was placed it is another floor's.
     motion, warnings = (None, ()) if gathered.parked is not None else _motion(gathered, previous)
     mission, placed = Mission(gathered.mission.key, grid, motion), gathered.parked is not None
-    return update_map(previous, mission, stage=timings, trust_registration=placed), warnings
+    return update_map(previous, mission, stage=timings, trust_registration=placed, resolvers=resolvers), warnings
 
 
 def _motion(gathered: Gathered, previous: SemanticMap) -> tuple[Motion | None, tuple[str, ...]]:

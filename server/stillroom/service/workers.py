@@ -22,6 +22,7 @@ import cv2
 import structlog
 
 from stillroom import logs
+from stillroom.pipeline.update import ResolverName
 from stillroom.service.processing import process_next
 from stillroom.store import lanes
 from stillroom.store.database import Database
@@ -35,7 +36,14 @@ _RESTART_PAUSE_S = 1.0
 log = structlog.get_logger()
 
 
-def run_worker(database_url: str, grid_store: str, work: Connection, hints: Connection, alive: Connection) -> None:
+def run_worker(
+    database_url: str,
+    grid_store: str,
+    resolvers: tuple[ResolverName, ...],
+    work: Connection,
+    hints: Connection,
+    alive: Connection,
+) -> None:
     """The whole life of a worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the serving process, which ends `alive`
     cv2.setNumThreads(1)
@@ -44,7 +52,7 @@ def run_worker(database_url: str, grid_store: str, work: Connection, hints: Conn
     while not _ended(alive):
         pause = IDLE_S
         try:
-            if process_next(database, grids) is not None:
+            if process_next(database, grids, resolvers) is not None:
                 continue
             pause = _until_next(database)
         except Exception:
@@ -80,14 +88,21 @@ def _pass_on(hints: Connection, hint: Hint) -> None:
 class Workers:
     """Starts `count` worker processes, and again each that dies, until `stop`."""
 
-    def __init__(self, database_url: str, grid_store: str, count: int, hear: Callable[[Hint], None]) -> None:
+    def __init__(
+        self,
+        database_url: str,
+        grid_store: str,
+        resolvers: tuple[ResolverName, ...],
+        count: int,
+        hear: Callable[[Hint], None],
+    ) -> None:
         self._hear = hear
         self._work_out, self._work_in = multiprocessing.Pipe(duplex=False)
         self._hints_out, self._hints_in = multiprocessing.Pipe(duplex=False)
         self._alive_out, self._alive_in = multiprocessing.Pipe(duplex=False)
         os.set_blocking(self._work_out.fileno(), False)
         os.set_blocking(self._work_in.fileno(), False)
-        self._arguments = (database_url, grid_store, self._work_out, self._hints_in, self._alive_out)
+        self._arguments = (database_url, grid_store, resolvers, self._work_out, self._hints_in, self._alive_out)
         self._stopping = False
         self._processes = [self._start() for _ in range(count)]
         self._threads = [
