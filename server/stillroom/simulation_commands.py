@@ -30,6 +30,7 @@ def add_commands(commands: Any) -> None:
     benchmark.add_argument("--robot", type=count, metavar="I", help="this robot of each seed alone")
     benchmark.add_argument("--processes", type=count, default=2, metavar="N", help="(default: %(default)s)")
     benchmark.add_argument("--out", type=Path, metavar="FILE", help="write a line of JSON for each mission")
+    benchmark.add_argument("--pictures", type=Path, metavar="DIR", help="save a picture of each error there")
     benchmark.add_argument(
         "--cache", type=Path, metavar="DIR", help="of simulated missions (default: the user's cache)"
     )
@@ -74,6 +75,7 @@ def _benchmark(options: argparse.Namespace) -> int:
         missions=options.missions,
         processes=options.processes,
         cache=options.cache or default_folder(),
+        pictures=options.pictures,
     )
     records = run(benchmark, _progress)
     if options.out is not None:

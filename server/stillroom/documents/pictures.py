@@ -93,9 +93,9 @@ def encode(image: Image) -> bytes:
     return cv2.imencode(".png", image)[1].tobytes()
 
 
-def contact_sheet(pictures: Sequence[tuple[str, Image]], tile: int = 360) -> Image:
+def contact_sheet(pictures: Sequence[tuple[str, Image]], tile: int = 360, columns: int | None = None) -> Image:
     """Many pictures on one, each `tile` pixels wide and high at most, over its caption."""
-    columns = max(1, ceil(sqrt(len(pictures) * 1.5)))
+    columns = columns or max(1, ceil(sqrt(len(pictures) * 1.5)))
     margin, line = 12, 26
     rows = ceil(len(pictures) / columns)
     width, height = columns * (tile + margin) + margin, rows * (tile + line + margin) + margin

@@ -21,10 +21,13 @@ class Benchmark:
     missions: int = 17
     processes: int = 2
     cache: Path | None = None
+    pictures: Path | None = None
 
     def trials(self) -> list[Trial]:
         return [
-            Trial(seed, robot, self.missions, self.effects, self.cache) for seed in self.seeds for robot in self.robots
+            Trial(seed, robot, self.missions, self.effects, self.cache, self.pictures)
+            for seed in self.seeds
+            for robot in self.robots
         ]
 
 

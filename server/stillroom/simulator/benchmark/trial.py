@@ -4,8 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from stillroom.documents.pictures import Image
+from stillroom.simulator.benchmark.failure_pictures import failure, save
 from stillroom.simulator.benchmark.judging import Record, lost_and_wrong, meta_share
-from stillroom.simulator.benchmark.memory import Answer, MemoryService
+from stillroom.simulator.benchmark.memory import Answer, MemoryService, Version
 from stillroom.simulator.benchmark.sorties import sorties_of
 from stillroom.simulator.building import draw_home
 from stillroom.simulator.client import Json
@@ -24,6 +26,9 @@ class Trial:
     missions: int
     effects: Effects
     cache: Path | None
+    """A folder of sorties that were simulated before."""
+    pictures: Path | None = None
+    """A folder for a picture of each error."""
 
 
 class Household:
@@ -41,10 +46,13 @@ class Household:
 
     def run(self) -> Iterator[Record]:
         for sortie in self.sorties:
-            answer = self.service.process(
-                sortie.number, sortie.sensed.grid, self.robot.meta(sortie, self.service.document())
-            )
-            yield self._record(sortie, answer)
+            before = self.service.in_force if self.service.versions else None
+            grid = sortie.sensed.grid
+            answer = self.service.process(sortie.number, grid, self.robot.meta(sortie, self.service.document()))
+            record = self._record(sortie, answer)
+            if self.trial.pictures is not None and record.error and before is not None:
+                save(self._picture(record, before, sortie, answer), record, self.trial.pictures)
+            yield record
             self._settle_in()
 
     def _record(self, sortie: Sortie, answer: Answer) -> Record:
@@ -76,6 +84,12 @@ class Household:
             round(1000 * answer.seconds, 2),
             answer.reason,
         )
+
+    def _picture(self, record: Record, before: Version, sortie: Sortie, answer: Answer) -> Image:
+        update, after = answer.update, self.service.in_force
+        motion, candidate = (None, None) if update is None else (update.motion, update.candidate)
+        bent = self.robot.distortion(after.mission)
+        return failure(record, before, sortie.sensed.grid, motion, candidate, after, self.robot.home, bent)
 
     def _fit(self, sortie: Sortie) -> MapFit:
         document, bent = self._document(), self.robot.distortion(self.service.in_force.mission)
