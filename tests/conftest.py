@@ -47,9 +47,20 @@ class InlineWorker:
 
     database: Database
     grids: GridStore
-    paused: bool = False
+    _paused: bool = False
     _pool: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1))
     _last: Future[None] | None = None
+
+    @property
+    def paused(self) -> bool:
+        return self._paused
+
+    @paused.setter
+    def paused(self, paused: bool) -> None:
+        """When this returns, nothing is being processed any more."""
+        self._paused = paused
+        if paused:
+            self.settle()
 
     def wake(self) -> None:
         if not self.paused:

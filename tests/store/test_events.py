@@ -37,7 +37,7 @@ def test_events_that_the_same_people_see_are_committed_in_the_order_of_their_ids
     def write(of: MapRow) -> None:
         for _ in range(each):
             with database.write() as tx:
-                events.add(tx, of, {"settings": {}}, NOW)
+                events.add(tx, of, [("settings", {})], NOW)
 
     def read() -> None:
         while True:
@@ -63,9 +63,9 @@ def test_events_that_the_same_people_see_are_committed_in_the_order_of_their_ids
 def test_events_that_others_see_wait_for_nothing(database: Database, homes: list[MapRow]) -> None:
     anns, _, bobs = homes
     with database.write() as slow:
-        events.add(slow, anns, {"settings": {}}, NOW)
+        events.add(slow, anns, [("settings", {})], NOW)
         with database.write() as tx:
-            events.add(tx, bobs, {"settings": {}}, NOW)
+            events.add(tx, bobs, [("settings", {})], NOW)
         with database.read() as tx:
             newest = events.newest(tx, robots.owned_by("bob@example.org"))
             assert seen(tx, "bob@example.org") == [newest]

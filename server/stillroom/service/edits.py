@@ -57,7 +57,7 @@ def edit_map(
         _check_in_force(maps.get(tx, of.id), expected)
         now = clock.now(tx)
         number = maps.add_version(tx, of.id, new, now)
-        events.add(tx, of, {"version": {"version": number, "cause": "edit"}}, now)
+        events.add(tx, of, [("version", {"version": number, "cause": "edit"})], now)
         made = maps.version_at(tx, of.id, number)
     assert made is not None
     return _edited(of, made, result)
@@ -87,7 +87,7 @@ def restore_version(
             motion=None,
         )
         made_number = maps.add_version(tx, of.id, new, now)
-        events.add(tx, of, {"version": {"version": made_number, "cause": "restore"}}, now)
+        events.add(tx, of, [("version", {"version": made_number, "cause": "restore"})], now)
         made = maps.version_at(tx, of.id, made_number)
     assert made is not None
     return as_document(of, made, restored)
@@ -101,7 +101,7 @@ def change_settings(database: Database, robot_id: str, map_name: str, settings: 
         of = find_map(tx, robot_id, map_name)
         if changed:
             maps.change_settings(tx, of.id, changed)
-            events.add(tx, of, {"settings": {}}, clock.now(tx))
+            events.add(tx, of, [("settings", {})], clock.now(tx))
         of = maps.get(tx, of.id)
         return map_summary(of, maps.heads(tx, [of]).get(of.id))
 

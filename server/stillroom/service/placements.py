@@ -58,7 +58,7 @@ def place(database: Database, caller: Principal, robot_id: str, map_name: str, k
         now = clock.now(tx)
         placed_id = missions.add(tx, new, now)
         lanes.wake(tx, into.id)
-        events.add(tx, of, {"decision": {"mission": key}}, now)
+        events.add(tx, of, [("decision", {"mission": key})], now)
     return Placement(parked.id, placed_id, into.id)
 
 

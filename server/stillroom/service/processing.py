@@ -252,8 +252,8 @@ def _commit(
             maps.note_processed(tx, of.id, mission.epoch, mission.sequence)
         lanes.release(tx, of.id)
         data: Json = {"mission": mission.key, "version": found.version}
-        version = {"version": data | {"cause": gathered.cause}} if taken else {}
-        events.add(tx, of, version | {"mission": data | {"outcome": found.outcome}}, now)
+        version = [("version", data | {"cause": gathered.cause})] if taken else []
+        events.add(tx, of, [*version, ("mission", data | {"outcome": found.outcome})], now)
     return True
 
 

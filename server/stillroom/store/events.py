@@ -1,6 +1,6 @@
 """What happened, in order; people's browsers follow it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 
 import sqlalchemy as sa
@@ -15,8 +15,12 @@ _LOCK = 0x57111
 """Keeps these locks apart from others of the same database."""
 
 
-def add(tx: Transaction, of: MapRow, happened: Mapping[str, Json], now: datetime) -> None:
-    """`happened`: what is to be told of each kind, in this order.
+Happened = tuple[str, Json]
+"""What kind of thing happened, and what is to be told of it."""
+
+
+def add(tx: Transaction, of: MapRow, happened: Sequence[Happened], now: datetime) -> None:
+    """Tells of all that happened to a map, in this order.
 
     The last thing that a transaction does: until it ends, no other adds an event that the same people see.
 
@@ -27,7 +31,7 @@ def add(tx: Transaction, of: MapRow, happened: Mapping[str, Json], now: datetime
         seen_by_the_same = sa.func.pg_advisory_xact_lock(sa.func.hashtextextended(owner, _LOCK))
         tx.execute(sa.select(seen_by_the_same).where(robot.c.id == of.robot_id))
     same = {"robot_id": of.robot_id, "map_id": of.id, "created_at": now}
-    tx.execute(sa.insert(event), [same | {"kind": kind, "data": data} for kind, data in happened.items()])
+    tx.execute(sa.insert(event), [same | {"kind": kind, "data": data} for kind, data in happened])
     tell(tx, Hint("changed", of.id))
 
 
