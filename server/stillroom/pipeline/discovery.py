@@ -1,1 +1,96 @@
-"""Discovery (paper, section V): where rooms grew, dividers are estimated in the grown region and new rooms are made."""
+"""Discovery (paper, section V): floor that was no room before gets dividers of its own, and new rooms are made of it.
+
+A wall that stood between a room and new floor is where the divider belongs; inside the new floor dividers are estimated as in a first map.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import shapely
+from shapely import LineString, MultiPolygon, Polygon
+
+from stillroom.maps.geometry import Line, as_line, as_points, polygons_in
+from stillroom.maps.grid import Mask
+from stillroom.maps.meta import MetaOccupancy
+from stillroom.pipeline.obstacles import filled, find_gaps
+from stillroom.pipeline.params import Params
+from stillroom.pipeline.resolution import Attempt, meta_walls
+from stillroom.pipeline.segmentation import propose_dividers
+from stillroom.pipeline.transfer import Transfer, enclosure
+
+BESIDE_M = 0.35
+"""A gap this near to new floor leads to it."""
+SAME_M = 0.5
+"""Dividers whose middles are nearer than this are one: both faces of a wall have a gap where there is a door."""
+
+
+@dataclass(frozen=True)
+class Discovery:
+    """`dividers` part rooms from new floor that is a room too; `corrections` close walls towards what was only seen from afar."""
+
+    dividers: tuple[Line, ...] = ()
+    corrections: tuple[MetaOccupancy, ...] = ()
+
+    def __bool__(self) -> bool:
+        return bool(self.dividers or self.corrections)
+
+
+def discover(attempt: Attempt, params: Params) -> Discovery:
+    """What to do about floor that lies beyond all tracked rooms."""
+    transfer = attempt.transfer
+    regions = new_floor(transfer, params)
+    if not regions:
+        return Discovery()
+    walls = [as_points(wall.line) for wall in transfer.tracked.walls if wall.kind == "wall"]
+    gaps = find_gaps(walls, ~transfer.obstacles.floor, transfer.grid.frame, params)
+    dividers: list[Line] = []
+    corrections: list[MetaOccupancy] = []
+    for region in regions:
+        beside = [gap for gap in gaps if shapely.dwithin(LineString(gap.path), region, BESIDE_M)]
+        if is_room(region, transfer, params):
+            _add(dividers, [as_line(gap.path[[0, -1]]) for gap in beside if gap.chord_m <= params.divider_length_m[1]])
+            _add(dividers, _inside(region, transfer, params))
+        else:
+            corrections += meta_walls(beside, transfer.grid.frame, params)
+    return Discovery(tuple(dividers), tuple(corrections))
+
+
+def new_floor(transfer: Transfer, params: Params) -> list[Polygon]:
+    """The parts of the floor that no tracked room covered, too wide to be jitter."""
+    frame = transfer.grid.frame
+    beyond = transfer.obstacles.floor & ~filled([room.polygon for room in transfer.tracked.rooms], frame)
+    width = 2 * round(params.wall_classification_m / frame.resolution) + 1
+    opened = cv2.morphologyEx(beyond.view(np.uint8), cv2.MORPH_OPEN, np.ones((width, width), np.uint8))
+    if opened.sum() * frame.resolution**2 < params.growth_area_m2:
+        return []
+    known = shapely.union_all([room.polygon for room in transfer.tracked.rooms])
+    beyond_known = shapely.difference(transfer.floor, shapely.buffer(known, params.wall_classification_m))
+    parts = polygons_in(shapely.buffer(beyond_known, -params.wall_classification_m / 2, join_style="mitre"))
+    grown = [shapely.buffer(part, params.wall_classification_m / 2, join_style="mitre") for part in parts]
+    return [part for part in polygons_in(grown) if part.area >= params.growth_area_m2]
+
+
+def is_room(region: Polygon, transfer: Transfer, params: Params) -> bool:
+    """Whether new floor is enclosed as rooms are. What was seen through a window, or a doorway only, fans out into the unexplored."""
+    return (
+        region.area >= params.room_area_m2
+        and enclosure(region, transfer.tracked, transfer.grid, params) >= params.room_enclosure
+    )
+
+
+def _inside(region: Polygon, transfer: Transfer, params: Params) -> list[Line]:
+    """Automatic dividers within the new floor, or where it meets what was known."""
+    whole = [part for part in transfer.floor.geoms if shapely.intersects(part, region)]
+    mask: Mask = transfer.obstacles.floor & filled(whole, transfer.grid.frame)
+    lines = propose_dividers(MultiPolygon(whole), mask, transfer.grid.frame, params)
+    around = shapely.buffer(region, BESIDE_M)
+    return [line for line in lines if shapely.covers(around, LineString(line))]
+
+
+def _add(dividers: list[Line], more: Sequence[Line]) -> None:
+    for line in more:
+        middle = as_points(line).mean(0)
+        if all(np.hypot(*(as_points(other).mean(0) - middle)) > SAME_M for other in dividers):
+            dividers.append(line)

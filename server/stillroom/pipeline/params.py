@@ -71,6 +71,12 @@ class Params:
     meta_thickness_m: float = 0.10
     """Of the walls that meta-occupancy puts back."""
 
+    # -- discovery --
+    growth_area_m2: float = 1.0
+    """New floor beyond all rooms that is looked at: less is an alcove that furniture hid."""
+    room_enclosure: float = 0.5
+    """New floor is a room where walls bound this share of it, what it shares with known rooms apart."""
+
     # -- alignment and registration --
     tracking_outlier_m: float = 0.20
     """A tracked vertex that stands apart from its neighbours by more than this counts little."""

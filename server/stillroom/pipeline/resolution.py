@@ -14,7 +14,7 @@ import shapely
 from shapely import LineString, Polygon
 
 from stillroom.maps.geometry import Line, Points, as_line, as_points, polygons_in
-from stillroom.maps.grid import OccupancyGrid
+from stillroom.maps.grid import GridFrame, OccupancyGrid
 from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
 from stillroom.maps.mission import Mission
 from stillroom.maps.semantics import Ids, Room, SemanticMap
@@ -119,22 +119,25 @@ def _is_better(tried: Attempt, before: Attempt) -> bool:
 
 
 def wall_differences(attempt: Attempt, params: Params) -> tuple[MetaOccupancy, ...]:
-    """Sections of the tracked walls that are no wall now, small and beside failed rooms: connected components, as occupied polygons."""
+    """Sections of the tracked walls that are no wall now, small and beside failed rooms."""
     transfer = attempt.transfer
-    frame = transfer.grid.frame
     walls = [as_points(wall.line) for wall in transfer.tracked.walls if wall.kind == "wall"]
-    gaps = find_gaps(walls, transfer.obstacles.wall, frame, params)
+    gaps = find_gaps(walls, transfer.obstacles.wall, transfer.grid.frame, params)
+    sections = meta_walls(gaps, transfer.grid.frame, params)
+    rooms = [room.polygon for room in attempt.failed_rooms()]
+    return tuple(s for s in sections if shapely.dwithin(s.polygon, rooms, ADJOINS_M).any())
+
+
+def meta_walls(gaps: Sequence[Gap], frame: GridFrame, params: Params) -> tuple[MetaOccupancy, ...]:
+    """Gaps as occupied polygons, connected components of all of them, those that are small."""
     half = max(0.75 * frame.resolution, params.meta_thickness_m / 2)
     drawn = [shapely.buffer(LineString(gap.path), half, cap_style="square", join_style="mitre") for gap in gaps]
     # the two faces of one wall are one section
     between = params.meta_thickness_m + frame.resolution
-    whole = shapely.buffer(
-        shapely.buffer(shapely.union_all(drawn), between, join_style="mitre"), -between, join_style="mitre"
-    )
+    closed = shapely.buffer(shapely.union_all(drawn), between, join_style="mitre")
+    sections = polygons_in(shapely.buffer(closed, -between, join_style="mitre"))
     return tuple(
-        MetaOccupancy("", section, "occupied", "")
-        for section in polygons_in(whole)
-        if _extent(section) <= params.meta_length_m and _adjoins(section, attempt)
+        MetaOccupancy("", section, "occupied", "") for section in sections if _extent(section) <= params.meta_length_m
     )
 
 
@@ -156,10 +159,6 @@ def _extent(polygon: Polygon) -> float:
     """The longer side of the smallest rectangle around it, metres."""
     corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(polygon))
     return float(np.linalg.norm(np.diff(corners, axis=0), axis=1).max())
-
-
-def _adjoins(section: Polygon, attempt: Attempt) -> bool:
-    return any(shapely.dwithin(section, room.polygon, ADJOINS_M) for room in attempt.failed_rooms())
 
 
 # -- meta-dividers -------------------------------------------------------------------------------------------------
@@ -198,23 +197,23 @@ def _draw(barrier: npt.NDArray[np.uint8], lines: Sequence[Line], transfer: Trans
 # -- as little as possible -----------------------------------------------------------------------------------------
 
 
-def minimise(attempt: Attempt, retry: Retry) -> Attempt:
-    """Without the corrections that part nothing: the less the map disagrees with the robot, the better."""
-    kept = needed(attempt)
-    if kept == attempt.meta:
+def minimise(attempt: Attempt, retry: Retry, keep: Sequence[MetaOccupancy] = ()) -> Attempt:
+    """Without the corrections that part nothing, but for those to `keep`: the less the map disagrees with the robot, the better."""
+    wanted = needed(attempt, keep)
+    if attempt.failed or wanted == attempt.meta:
         return attempt
-    tried = retry(kept)
+    tried = retry(wanted)
     return attempt if tried.failed else tried
 
 
-def needed(attempt: Attempt) -> MapMeta:
-    """The corrections that have different rooms, or a room and other floor, on their sides."""
+def needed(attempt: Attempt, keep: Sequence[MetaOccupancy] = ()) -> MapMeta:
+    """The corrections that have different rooms on their sides, and those that open the floor."""
     rooms = [room.polygon for room in attempt.transfer.candidate.rooms]
     occupancy = []
     for correction in attempt.meta.occupancy:
         around = shapely.buffer(correction.polygon, SIDE_M)
         touched = int((shapely.area(shapely.intersection(around, rooms)) > SIDE_M2).sum())
-        if correction.cell == "free" or touched > 1:
+        if correction.cell == "free" or touched > 1 or correction in keep:
             occupancy.append(correction)
     dividers = tuple(d for d in attempt.meta.dividers if len(d.rooms) > 1)
     return MapMeta(tuple(occupancy), dividers)

@@ -11,8 +11,8 @@ import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from stillroom.maps.geometry import Point, Points, as_line, as_points, as_tuples, polygons_in
-from stillroom.maps.grid import GridFrame, OccupancyGrid
+from stillroom.maps.geometry import Line, Point, Points, as_line, as_points, as_tuples, polygons_in
+from stillroom.maps.grid import GridFrame, OccupancyGrid, look_up
 from stillroom.maps.meta import MapMeta
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
@@ -27,6 +27,8 @@ RESTS_M = 0.05
 """An end nearer than this to another divider lies on it."""
 SEEN_SHARE = 0.5
 """A room counts as visited where this share of it is explored."""
+KNOWN_M = 0.4
+"""The boundary of new floor that is nearer than this to a room borders on it."""
 NEW_SHARE = 0.3
 """A piece of floor is new where less than this share of it was a room before."""
 
@@ -87,26 +89,40 @@ def _largest(geometry: shapely.Geometry, otherwise: Polygon) -> Polygon:
 
 
 def transfer_semantics(
-    tracked: SemanticMap, grid: OccupancyGrid, mission_id: str, params: Params, meta: MapMeta = MapMeta.EMPTY
+    tracked: SemanticMap,
+    grid: OccupancyGrid,
+    mission_id: str,
+    params: Params,
+    meta: MapMeta = MapMeta.EMPTY,
+    discovered: Sequence[Line] = (),
 ) -> Transfer:
-    """Steps 2 to 6: obstacles into wall and clutter, walls, divider ends, rooms. `meta` is what corrects the grid and cuts the floor."""
+    """Steps 2 to 6: obstacles into wall and clutter, walls, divider ends, rooms.
+
+    `meta` corrects the grid and cuts the floor; `discovered` are new dividers.
+    """
+    fresh_ids, ids = tracked.ids.take("d", len(discovered))
+    found = tuple(Divider(id_, line) for id_, line in zip(fresh_ids, discovered, strict=True))
     sensed = without_phantoms(grid, tracked.phantoms)
     grid = corrected(sensed, meta.occupancy)
     shut = tuple(d.id for d in tracked.dividers if is_shut(d.line, sensed, params))
     meta_walls = [o.polygon for o in meta.occupancy if o.cell == "occupied"]
     obstacles = classify_obstacles(tracked, grid, shut, params, meta_walls)
-    floor = _worth(outline(obstacles.floor, grid.frame, params, smallest_m2=params.face_area_m2), tracked, params)
-    dividers, lost = _attach_dividers(tracked.dividers, floor, params)
+    floor = _worth(outline(obstacles.floor, grid.frame, params, smallest_m2=params.face_area_m2), tracked, grid, params)
+    dividers, lost = _attach_dividers((*tracked.dividers, *found), floor, params)
     lines = [d.line for d in dividers] + [d.line for d in meta.dividers]
     pieces = partition(floor, lines, params.face_area_m2)
     visited = _visited(tracked, sensed)
-    rooms, fresh, ids = _identify(tracked, pieces, visited, mission_id, tracked.ids, params)
+    rooms, fresh, ids = _identify(tracked, pieces, visited, mission_id, ids, params)
     beside = [tuple(rooms[i].id for i in sides) for sides in rooms_beside(lines, [room.polygon for room in rooms])]
     (version,), ids = ids.take("v")
     candidate = replace(
         tracked,
         rooms=rooms,
-        dividers=tuple(replace(d, rooms=ids_) for d, ids_ in zip(dividers, beside[: len(dividers)], strict=True)),
+        dividers=tuple(
+            replace(d, rooms=ids_)
+            for d, ids_ in zip(dividers, beside[: len(dividers)], strict=True)
+            if d.id not in fresh_ids or len(ids_) > 1
+        ),
         walls=wall_features(floor, grid.occupied_distance, grid.frame, version[1:], params),
         clutter=clutter_features(obstacles.clutter, grid.frame, version[1:], params),
         meta=replace(
@@ -117,20 +133,31 @@ def transfer_semantics(
         ),
         ids=ids,
     )
+    lost = tuple(d for d in lost if d not in fresh_ids)
     return Transfer(tracked, candidate, grid, obstacles, floor, lost, shut, fresh, visited)
 
 
-def _worth(floor: MultiPolygon, tracked: SemanticMap, params: Params) -> MultiPolygon:
-    """The parts of the floor that were rooms or are large enough to become one."""
+def _worth(floor: MultiPolygon, tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> MultiPolygon:
+    """The parts of the floor that were rooms, or are large enough and enclosed enough to become one."""
     parts = polygons_in(floor)
     known = overlaps(parts, [room.polygon for room in tracked.rooms]).sum(1)
     return MultiPolygon(
         [
             part
             for part, before in zip(parts, known.tolist(), strict=True)
-            if part.area >= params.room_area_m2 or before >= NEW_SHARE * part.area
+            if before >= NEW_SHARE * part.area
+            or (part.area >= params.room_area_m2 and enclosure(part, tracked, grid, params) >= params.room_enclosure)
         ]
     )
+
+
+def enclosure(region: Polygon, tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> float:
+    """Share of a region's boundary that lies on walls, of what does not border tracked rooms."""
+    known = shapely.buffer([room.polygon for room in tracked.rooms], KNOWN_M)
+    samples = shapely.get_coordinates(shapely.segmentize(region.exterior, grid.frame.resolution))
+    foreign = ~shapely.contains_xy(shapely.union_all(known), samples)
+    gaps = look_up(grid.occupied_distance, grid.frame.to_cells_inside(samples[foreign]), np.inf)
+    return float((gaps <= params.wall_reach_m).mean()) if len(gaps) else 1.0
 
 
 # -- steps 5 and 6: dividers and rooms -----------------------------------------------------------------------------

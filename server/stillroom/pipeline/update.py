@@ -8,7 +8,7 @@ from typing import Literal
 import shapely
 
 from stillroom.maps.constraints import Violation, violations
-from stillroom.maps.geometry import Points, as_points
+from stillroom.maps.geometry import Line, Points, as_points
 from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.meta import MapMeta
 from stillroom.maps.mission import Mission
@@ -17,6 +17,7 @@ from stillroom.maps.semantics import Ids, SemanticMap
 from stillroom.pipeline.adoption import RobotSemantics, adopt_map
 from stillroom.pipeline.alignment import align
 from stillroom.pipeline.conflicts import Conflict, RoomScore, score_rooms
+from stillroom.pipeline.discovery import Discovery, discover
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.registration import Registration, register
 from stillroom.pipeline.resolution import Attempt, minimise, name_corrections, resolve_conflicts
@@ -26,6 +27,8 @@ from stillroom.pipeline.transfer import Transfer, track, transfer_semantics
 
 Outcome = Literal["created", "updated", "resolved", "needs_review", "reverted", "parked"]
 Row = Literal["transfer", "meta_occupancy", "meta_dividers"]
+Carried = Callable[[MapMeta, Sequence[Line]], Attempt]
+"""A transfer with that meta layer and those new dividers."""
 ROWS: tuple[Row, ...] = ("transfer", "meta_occupancy", "meta_dividers")
 RESOLVERS: tuple[ResolverName, ...] = ("meta_occupancy", "meta_dividers")
 """In their order; a shorter tuple is one of the paper's ablation rows."""
@@ -111,17 +114,18 @@ def update_map(
         # what this mission did not see may lie beyond its grid
         grid = mission.grid.covering(_corners(tracked))
 
-    def carried(meta: MapMeta) -> Attempt:
-        transfer = transfer_semantics(tracked, grid, mission.id, params, meta)
+    def carried(meta: MapMeta, discovered: Sequence[Line] = ()) -> Attempt:
+        transfer = transfer_semantics(tracked, grid, mission.id, params, meta, discovered)
         return Attempt(transfer, score_rooms(tracked, transfer.candidate, transfer.visited, params))
 
     with stage("transfer"):
         first = carried(MapMeta.EMPTY)
     with stage("resolve"):
         attempts = resolve_conflicts(first, carried, resolvers, params)
-        best = next(reversed(attempts.values()), first)
-        if not best.failed:
-            best = minimise(best, carried)
+        best = minimise(next(reversed(attempts.values()), first), carried)
+    with stage("discover"):
+        if found := discover(first, params):
+            best = _opened(found, best, carried, resolvers, params)
     with stage("verify"):
         transfer = best.transfer
         restrictions = carry_restrictions(
@@ -131,6 +135,20 @@ def update_map(
         best = replace(best, transfer=replace(transfer, candidate=replace(named, restrictions=restrictions)))
         broken = violations(best.transfer.candidate, transfer.grid, params.wall_reach_m)
     return decide(previous, motion, best, _ablation(first, attempts), broken)
+
+
+def _opened(
+    found: Discovery, resolved: Attempt, carried: Carried, resolvers: Sequence[ResolverName], params: Params
+) -> Attempt:
+    """The mission with what was discovered, resolved anew; where that is worse, without."""
+
+    def retry(meta: MapMeta) -> Attempt:
+        return carried(meta, found.dividers)
+
+    opened = retry(MapMeta(occupancy=found.corrections))
+    attempts = resolve_conflicts(opened, retry, resolvers, params)
+    best = minimise(next(reversed(attempts.values()), opened), retry, found.corrections)
+    return best if best.failed <= resolved.failed else resolved
 
 
 def _ablation(first: Attempt, attempts: Mapping[ResolverName, Attempt]) -> Ablation:
