@@ -1,0 +1,101 @@
+"""The floor without phantoms, and the walls and dividers that are left on it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+import shapely
+from shapely import LineString, MultiPolygon, Polygon
+
+from stillroom.maps.geometry import GRID_M, Line, as_line, as_points, as_tuples, polygons_in
+from stillroom.maps.meta import MetaDivider
+from stillroom.maps.semantics import Clutter, Divider, Ids, Phantom, Wall
+from stillroom.pipeline.dividers import SHORTEST_M
+from stillroom.pipeline.edits.draft import END_M, Draft, fault
+from stillroom.pipeline.params import Params
+
+AnyDivider = TypeVar("AnyDivider", Divider, MetaDivider)
+
+
+def new_phantoms(draft: Draft) -> tuple[Phantom, ...]:
+    known = {phantom.id for phantom in draft.previous.phantoms}
+    return tuple(phantom for phantom in draft.phantoms if phantom.id not in known)
+
+
+def cut_phantoms(draft: Draft, floor: MultiPolygon, params: Params) -> tuple[Draft, MultiPolygon]:
+    """The floor outside of the batch's new phantoms, and the draft with its dividers cut back to it.
+
+    Scraps that a phantom leaves, too small to be a room, go with it.
+    """
+    phantoms = new_phantoms(draft)
+    if not phantoms:
+        return draft, floor
+    area = shapely.union_all([Polygon(phantom.shape) for phantom in phantoms])
+    parts = polygons_in(shapely.difference(floor, area, grid_size=GRID_M))
+    cut = shapely.distance(parts, area) < END_M if parts else []
+    kept = [p for p, touched in zip(parts, cut, strict=True) if not touched or p.area >= params.room_area_m2]
+    if not kept:
+        raise fault("/operations", "Nothing would be left of the map.")
+    left = shapely.orient_polygons(MultiPolygon(kept))
+    on_floor = shapely.buffer(left, END_M, quad_segs=1)
+    shortened = replace(
+        draft,
+        dividers=_cut_back(draft.dividers, on_floor),
+        meta_dividers=_cut_back(draft.meta_dividers, on_floor),
+    )
+    return shortened, left
+
+
+def _cut_back(dividers: Sequence[AnyDivider], on_floor: shapely.Geometry) -> tuple[AnyDivider, ...]:
+    """The longest part of each that lies on the floor; without it, a divider goes."""
+    kept: list[AnyDivider] = []
+    for divider in dividers:
+        line = LineString(divider.line)
+        parts = shapely.get_parts(shapely.intersection(line, on_floor))
+        longest = max(parts, key=lambda part: float(part.length), default=line)
+        if longest.length >= line.length - END_M / 2:
+            kept.append(divider)
+        elif longest.length >= SHORTEST_M:
+            kept.append(replace(divider, line=_same_way(divider.line, longest)))
+    return tuple(kept)
+
+
+def _same_way(line: Line, part: LineString) -> Line:
+    """The ends of a part of a line, in the line's own direction."""
+    ends = as_points(shapely.get_coordinates(part))[[0, -1]]
+    along = as_points(line)[1] - as_points(line)[0]
+    return as_line(np.round(ends if (ends[1] - ends[0]) @ along > 0 else ends[::-1], 3))
+
+
+def walls_of(walls: Sequence[Wall], floor: MultiPolygon, ids: Ids) -> tuple[tuple[Wall, ...], Ids]:
+    """What is left of the walls around the floor; where a phantom was cut off, it is open to the unknown."""
+    outline = shapely.boundary(floor)
+    near = shapely.buffer(outline, END_M, quad_segs=1)
+    (version,), ids = ids.take("v")
+    kept: list[Wall] = []
+    for wall in walls:
+        line = LineString(wall.line)
+        if shapely.covers(near, line):
+            kept.append(wall)
+            continue
+        parts = _lines(shapely.intersection(line, near))
+        kept += [
+            replace(wall, id=wall.id if not n else f"{wall.id}-{version[1:]}-{n}", line=as_tuples(part))
+            for n, part in enumerate(parts)
+        ]
+    known = shapely.buffer(shapely.MultiLineString([w.line for w in kept]), END_M, quad_segs=1)
+    fresh = _lines(shapely.difference(outline, known))
+    opened = [Wall(f"w{version[1:]}-{n}", as_tuples(np.round(part, 4)), "open") for n, part in enumerate(fresh, 1)]
+    return (*kept, *opened), ids
+
+
+def _lines(geometry: shapely.Geometry) -> list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:
+    """The lines in a geometry that are long enough to see, longest first, each an array of shape (n, 2)."""
+    merged = shapely.line_merge(geometry) if geometry.geom_type == "MultiLineString" else geometry
+    parts = [p for p in shapely.get_parts(merged) if isinstance(p, LineString) and p.length > END_M]
+    return [as_points(shapely.get_coordinates(p)) for p in sorted(parts, key=lambda p: -p.length)]
+
+
+def clutter_on(clutter: Sequence[Clutter], floor: MultiPolygon) -> tuple[Clutter, ...]:
+    return tuple(c for c in clutter if shapely.intersects(c.polygon, floor))

@@ -1,0 +1,130 @@
+"""Rooms after an edit: whose ids, names and settings they have."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from stillroom.maps.semantics import Ids, Room
+from stillroom.pipeline.edits.draft import Setting, fault
+from stillroom.pipeline.rooms import new_rooms, overlaps
+
+SAME_SHARE = 0.5
+"""A piece of floor is a room that ended before where more than this share of both is common."""
+
+
+@dataclass(frozen=True)
+class Matched:
+    rooms: tuple[Room, ...]
+    retired: Mapping[str, str | None]
+    """Ids of rooms that ended -> the room that has their space now, if any."""
+    ids: Ids
+
+
+def match_rooms(previous: Sequence[Room], pieces: Sequence[Polygon], ids: Ids, ended: Sequence[Room] = ()) -> Matched:
+    """Rooms of the new pieces. The larger part of a split keeps the id, the larger room of a merger does.
+
+    `ended`: rooms that may come back with their old ids, as when what ended them is taken back.
+    """
+    common = overlaps([room.polygon for room in previous], pieces)
+    goes_to = [int(row.argmax()) if row.any() else None for row in common]
+    rooms: list[Room] = []
+    retired: dict[str, str | None] = {}
+    for i, room in enumerate(previous):
+        piece = goes_to[i]
+        if piece is None:
+            retired[room.id] = None
+            continue
+        merged = [k for k in range(len(previous)) if goes_to[k] == piece]
+        survivor = max(merged, key=lambda k: (common[k, piece], -k))
+        if survivor != i:
+            retired[room.id] = previous[survivor].id
+        else:
+            rooms.append(_survivor(room, [previous[k] for k in merged], common[merged, piece], pieces[piece]))
+    back = list(ended)
+    for piece in sorted(set(range(len(pieces))) - {p for p in goes_to if p is not None}):
+        again = _is_again(pieces[piece], back)
+        if again is not None:
+            back.remove(again)
+            rooms.append(_shaped(again, pieces[piece]))
+            continue
+        (fresh,), ids = new_rooms([pieces[piece]], None, ids)
+        parent = previous[int(common[:, piece].argmax())]
+        rooms.append(_part_of(parent, fresh, (room.name for room in (*previous, *rooms))))
+    return Matched(tuple(rooms), retired, ids)
+
+
+def _survivor(
+    room: Room, merged: Sequence[Room], areas: np.ndarray[tuple[int, ...], np.dtype[np.float64]], piece: Polygon
+) -> Room:
+    """A name that a person gave beats one of an algorithm; a use that was said, one that was not; a pinned part pins the whole."""
+    by_size = [merged[k] for k in np.argsort(-areas, kind="stable")]
+    named = next((other for other in by_size if other.named_by == "user"), room) if room.named_by != "user" else room
+    kind = next((other.kind for other in (room, *by_size) if other.kind is not None), None)
+    pinned = any(other.pinned for other in merged)
+    return replace(_shaped(room, piece), name=named.name, named_by=named.named_by, kind=kind, pinned=pinned)
+
+
+def _part_of(parent: Room, fresh: Room, taken: Iterable[str]) -> Room:
+    """The smaller part of a split room: it has its parent's settings, and a name of its own."""
+    name = _second_name(parent, taken) if parent.named_by == "user" else fresh.name
+    return replace(
+        fresh,
+        name=name,
+        made_by="user",
+        derived_from=parent.id,
+        last_visited=parent.last_visited,
+        kind=parent.kind,
+        pinned=parent.pinned,
+        anchor=fresh.polygon,
+    )
+
+
+def _is_again(piece: Polygon, ended: Sequence[Room]) -> Room | None:
+    for room in ended:
+        common = shapely.intersection(room.polygon, piece).area
+        if common > SAME_SHARE * max(piece.area, room.polygon.area):
+            return room
+    return None
+
+
+def _shaped(room: Room, after: Polygon) -> Room:
+    """The room with a new shape, which the person who edits it confirms. Where nothing changed, its vertices keep their order."""
+    if room.polygon.normalize().equals_exact(after.normalize(), 1e-6):
+        return room
+    return replace(room, polygon=after, anchor=after)
+
+
+def _second_name(parent: Room, taken: Iterable[str]) -> str:
+    """A name for the smaller part of a split room: "Kitchen 2"."""
+    used = set(taken)
+    number = 2
+    while f"{parent.name} {number}" in used:
+        number += 1
+    return f"{parent.name} {number}"
+
+
+def with_settings(matched: Matched, settings: Sequence[Setting]) -> tuple[Room, ...]:
+    """What the batch says about rooms. Said of one that the batch merged, it counts for the survivor, unless that one was named itself."""
+    rooms = {room.id: room for room in matched.rooms}
+    for direct in (False, True):
+        for setting in settings:
+            room_id = _room_id(setting, rooms.values())
+            if (room_id in rooms) != direct:
+                continue
+            target = room_id if direct else matched.retired.get(room_id)
+            if target is not None:
+                rooms[target] = replace(rooms[target], **setting.values)
+    return tuple(rooms.values())
+
+
+def _room_id(setting: Setting, rooms: Iterable[Room]) -> str:
+    if isinstance(setting.room, str):
+        return setting.room
+    x, y = setting.room
+    for room in rooms:
+        if shapely.contains_xy(room.polygon, x, y):
+            return room.id
+    raise fault(f"{setting.pointer}/at", f"There is no room at ({x:.2f}, {y:.2f}).")
