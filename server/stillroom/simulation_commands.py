@@ -7,8 +7,6 @@ from typing import Any
 
 from stillroom.arguments import add_command, count
 
-SEVERITIES = ("mild", "middle", "hard")
-
 
 def add_commands(commands: Any) -> None:
     benchmark = add_command(
@@ -24,7 +22,9 @@ def add_commands(commands: Any) -> None:
     benchmark.add_argument(
         "--seeds", type=_seeds, default=(1,), metavar="N|LIST", help="how many, or which: 3,7 or 5-9 (default: 1)"
     )
-    benchmark.add_argument("--severity", choices=SEVERITIES, default="middle", help="(default: %(default)s)")
+    benchmark.add_argument(
+        "--severity", choices=("mild", "middle", "hard"), default="middle", help="(default: %(default)s)"
+    )
     benchmark.add_argument("--only", type=_names, metavar="EFFECT,...", help="these effects alone")
     benchmark.add_argument("--without", type=_names, metavar="EFFECT,...", help="all effects but these")
     benchmark.add_argument("--robot", type=count, metavar="I", help="this robot of each seed alone")
@@ -61,9 +61,10 @@ def _benchmark(options: argparse.Namespace) -> int:
     from stillroom.simulator.benchmark.report import report
     from stillroom.simulator.benchmark.running import Benchmark, run, write
     from stillroom.simulator.benchmark.sorties import default_folder
-    from stillroom.simulator.effects import EFFECTS, Effects
+    from stillroom.simulator.effects import EFFECTS
+    from stillroom.simulator.severities import SEVERITIES
 
-    effects: Effects = getattr(Effects, options.severity.upper())
+    effects = SEVERITIES[options.severity]
     if options.only is not None:
         effects = effects.only(options.only)
     if options.without is not None:

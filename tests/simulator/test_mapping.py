@@ -28,8 +28,10 @@ def straight(home: Home) -> Distortion:
     return distortion_at(home, 0, Effects.NONE, Streams(0))
 
 
-def sensed(home: Home, effects: Effects = Effects.NONE, mission: int = 0, **world: frozenset[str]) -> Sensed:
-    return sense(World(home, **world), straight(home), mission, RESOLUTION, effects, Streams(3))
+def sensed(
+    home: Home, effects: Effects = Effects.NONE, mission: int = 0, shut: frozenset[str] = frozenset()
+) -> Sensed:
+    return sense(World(home, shut), straight(home), mission, RESOLUTION, effects, Streams(3))
 
 
 def centres(grid: OccupancyGrid, mask: Mask) -> Points:

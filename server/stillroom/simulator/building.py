@@ -1,28 +1,48 @@
 """A whole home from a seed."""
 
+from dataclasses import replace
+
 import numpy as np
 import shapely
 from numpy.random import Generator
 
 from stillroom.maps.geometry import Pose, as_points
+from stillroom.simulator.effects import Effects, Streams
 from stillroom.simulator.furnishing import furnish
 from stillroom.simulator.homes import Home
-from stillroom.simulator.plans import ROOMS, Plan, draw_plan
+from stillroom.simulator.openings import draw_windows
+from stillroom.simulator.plans import AS_DRAWN, ROOMS, Plan, Style, draw_plan
 
+_THIN_M = 0.055
 _DOCK_M = (0.30, 0.45)
 """How far the dock is from the nearest wall,"""
 _DOCK_TO_DOOR_M = 1.0
 """and at least from the nearest doorway."""
 
 
-def draw_home(rng: Generator, room_count: int | None = None, yaw: float | None = None) -> Home:
+def draw_home(rng: Generator, room_count: int | None = None, yaw: float | None = None, style: Style = AS_DRAWN) -> Home:
     """A furnished home around its dock, of `room_count` rooms and turned by `yaw`; either is drawn where not given."""
-    plan = draw_plan(rng, int(rng.integers(ROOMS[0], ROOMS[1] + 1)) if room_count is None else room_count)
+    plan = draw_plan(rng, int(rng.integers(ROOMS[0], ROOMS[1] + 1)) if room_count is None else room_count, style)
     turn = Pose(yaw=float(rng.uniform(-np.pi, np.pi)) if yaw is None else yaw)
     dock = _dock(rng, plan)
     ((x, y),) = turn.apply(as_points(dock)).tolist()
     home = Home(plan.rooms, plan.walls, plan.doors, furnish(rng, plan.rooms, plan.doors, dock), dock)
     return home.moved(Pose(-x, -y, turn.yaw))
+
+
+def home_of(streams: Streams, effects: Effects) -> Home:
+    """The home of a simulated robot, with what `effects` make of it."""
+    draws = streams.of("style").random(4).tolist()
+    shares = {
+        "thin_walls": effects.thin_walls,
+        "diagonal_walls": effects.diagonal_walls,
+        "open_plan": effects.open_plan,
+    }
+    traits = frozenset(name for (name, share), draw in zip(shares.items(), draws, strict=False) if draw < share)
+    style = Style(_THIN_M if "thin_walls" in traits else None, "diagonal_walls" in traits, "open_plan" in traits)
+    yaw = (2 * draws[3] - 1) * np.pi if effects.turned else 0.0
+    home = replace(draw_home(streams.of("home"), yaw=yaw, style=style), traits=traits)
+    return draw_windows(home, effects.windows, streams.of("windows"))
 
 
 def _dock(rng: Generator, plan: Plan) -> tuple[float, float]:

@@ -26,6 +26,15 @@ Stream = Literal[
     "tracking",
     "outliers",
     "silence",
+    "style",
+    "doorways",
+    "battery",
+    "passages",
+    "windows",
+    "slam",
+    "floors",
+    "uploads",
+    "model",
 ]
 _STREAMS: tuple[Stream, ...] = Stream.__args__  # type: ignore[attr-defined]
 
@@ -34,15 +43,32 @@ _STREAMS: tuple[Stream, ...] = Stream.__args__  # type: ignore[attr-defined]
 class Effects:
     """How much of each effect; 0 is none of it. `NONE` is a home that never changes, seen by a robot without errors."""
 
+    turned: bool = False
+    """The building stands at any angle to its map."""
+    thin_walls: float = 0.0
+    """Share of the homes whose inner walls are as thin as a cell."""
+    diagonal_walls: float = 0.0
+    """Share of the homes in which walls cut corners off."""
+    open_plan: float = 0.0
+    """Share of the homes where rooms lie beside each other without a wall, and their owner divides them."""
+    windows: float = 0.0
+    """Share of the longer outer walls that have a window down to the floor, which rays pass at times."""
+
     furniture_moves: float = 0.0
     """Share of the movable pieces that stand elsewhere after each mission."""
     doors_shut: float = 0.0
     """Share of the doors that are shut during a mission (never those that the robot starts behind)."""
+    doorways_blocked: float = 0.0
+    """Share of the doorways in which something stands, or the door's leaf stands ajar; the robot gets past."""
     rooms_skipped: float = 0.0
     """Probability that a room is not visited in a mission after the first."""
+    battery_ends: float = 0.0
+    """Probability that a mission after the first ends before all was explored."""
     rooms_late: int = 0
     """Rooms whose doors are shut until mission `late_until`."""
     late_until: int = 4
+    passages: float = 0.0
+    """Share of the homes in which a way through a wall is opened for good between two missions."""
 
     range_noise_m: float = 0.0
     """Standard deviation of each range."""
@@ -53,8 +79,11 @@ class Effects:
     gaps_per_10m: float = 0.0
     """Stretches of wall that were not sensed, for 10 m of wall."""
     gap_m: tuple[float, float] = (0.10, 0.35)
+    """Their length; the shorter the likelier."""
     specks: float = 0.0
     """False obstacles of a cell or a few, for 10 m2 of floor."""
+    slam_failures: float = 0.0
+    """Probability that a mission after the first comes with a wrecked grid: part of its scans lie far off, walls are doubled."""
 
     jitter_m: float = 0.0
     """Standard deviation of the sub-maps' wandering about their places,"""
@@ -71,18 +100,86 @@ class Effects:
     """Share of the vertices that were tracked grossly wrong."""
     tracking_missing: float = 0.0
     """Probability that a mission has no tracking at all."""
+    submap_tracking: float = 0.0
+    """Share of the robots that track sub-maps instead of vertices,"""
+    transform_tracking: float = 0.0
+    """and of those that track nothing but their frame as a whole."""
+
+    other_floors: float = 0.0
+    """Probability that a mission after the first is of another floor, where the robot was carried to without knowing."""
+    late_uploads: float = 0.0
+    """Probability that a mission arrives after the next one."""
+    stale_bases: float = 0.0
+    """Probability that the robot set out before the mission before was processed, or its owner's edits were made."""
+
+    spread: float = 1.0
+    """Robots differ: each has so many times more or less of each error of its sensors and its tracking, at the most."""
+    resolutions: tuple[float, ...] = (0.05,)
+    """Metres a cell; each robot has one of them."""
 
     NONE: ClassVar["Effects"]
     DEMO: ClassVar["Effects"]
-    MILD: ClassVar["Effects"]
-    MIDDLE: ClassVar["Effects"]
-    HARD: ClassVar["Effects"]
 
     def only(self, names: Collection[str]) -> "Effects":
         """These of the effects, in the same measure, and no others. Raises KeyError for a name that is not in EFFECTS."""
         kept = {field: getattr(self, field) for name in names for field in EFFECTS[name]}
         return replace(Effects.NONE, **kept)
 
+    def of_robot(self, rng: Generator) -> "Effects":
+        """What one of the robots has of them."""
+        factors = self.spread ** rng.uniform(-1, 1, len(_ERRORS))
+        own = {
+            field: getattr(self, field) * float(factor)
+            for error, factor in zip(_ERRORS, factors, strict=True)
+            for field in EFFECTS[error]
+            if isinstance(getattr(self, field), float)
+        }
+        resolution = self.resolutions[int(rng.integers(len(self.resolutions)))]
+        return replace(self, **own, spread=1.0, resolutions=(resolution,))
+
+
+EFFECTS: dict[str, tuple[str, ...]] = {
+    "turned": ("turned",),
+    "thin_walls": ("thin_walls",),
+    "diagonal_walls": ("diagonal_walls",),
+    "open_plan": ("open_plan",),
+    "windows": ("windows",),
+    "furniture": ("furniture_moves",),
+    "doors": ("doors_shut",),
+    "blocked_doorways": ("doorways_blocked",),
+    "skipped_rooms": ("rooms_skipped",),
+    "battery": ("battery_ends",),
+    "late_rooms": ("rooms_late", "late_until"),
+    "passages": ("passages",),
+    "range_noise": ("range_noise_m",),
+    "registration_noise": ("scan_noise_m", "scan_noise_deg"),
+    "gaps": ("gaps_per_10m", "gap_m"),
+    "specks": ("specks",),
+    "slam_failures": ("slam_failures",),
+    "jitter": ("jitter_m", "jitter_deg"),
+    "drift": ("drift_m", "drift_deg"),
+    "tracking_noise": ("tracking_noise_m",),
+    "tracking_outliers": ("tracking_outliers",),
+    "tracking_missing": ("tracking_missing",),
+    "tracking_forms": ("submap_tracking", "transform_tracking"),
+    "other_floors": ("other_floors",),
+    "late_uploads": ("late_uploads",),
+    "stale_bases": ("stale_bases",),
+    "spread": ("spread",),
+    "resolutions": ("resolutions",),
+}
+"""The effects by name, with the fields that say how much of them there is."""
+_ERRORS = (
+    "range_noise",
+    "registration_noise",
+    "gaps",
+    "specks",
+    "jitter",
+    "drift",
+    "tracking_noise",
+    "tracking_outliers",
+)
+"""Those that robots have more or less of; new ones come last, so that the others are drawn as before."""
 
 Effects.NONE = Effects()
 Effects.DEMO = replace(
@@ -98,42 +195,6 @@ Effects.DEMO = replace(
     jitter_deg=0.25,
     tracking_noise_m=0.02,
 )
-
-
-Effects.MILD = replace(Effects.DEMO, doors_shut=0.03, rooms_late=1, drift_m=0.03, drift_deg=0.5)
-Effects.MIDDLE = replace(
-    Effects.MILD,
-    furniture_moves=0.12,
-    doors_shut=0.06,
-    rooms_skipped=0.06,
-    gaps_per_10m=0.8,
-    gap_m=(0.10, 0.8),
-    jitter_m=0.05,
-    jitter_deg=0.5,
-    tracking_noise_m=0.03,
-    tracking_outliers=0.01,
-    tracking_missing=0.02,
-)
-Effects.HARD = replace(
-    Effects.MIDDLE, doors_shut=0.12, rooms_skipped=0.1, gaps_per_10m=1.5, gap_m=(0.10, 1.2), tracking_missing=0.05
-)
-
-EFFECTS: dict[str, tuple[str, ...]] = {
-    "furniture": ("furniture_moves",),
-    "doors": ("doors_shut",),
-    "skipped": ("rooms_skipped",),
-    "late_rooms": ("rooms_late", "late_until"),
-    "range_noise": ("range_noise_m",),
-    "registration_noise": ("scan_noise_m", "scan_noise_deg"),
-    "gaps": ("gaps_per_10m", "gap_m"),
-    "specks": ("specks",),
-    "jitter": ("jitter_m", "jitter_deg"),
-    "drift": ("drift_m", "drift_deg"),
-    "tracking_noise": ("tracking_noise_m",),
-    "tracking_outliers": ("tracking_outliers",),
-    "tracking_missing": ("tracking_missing",),
-}
-"""The effects by name, with the fields that say how much of them there is."""
 
 
 @dataclass(frozen=True)

@@ -4,24 +4,23 @@ What a robot does next never depends on what a service answers: all that it draw
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from numpy.random import Generator
 
 from stillroom.documents.images import UNKNOWN_GREY, encode_png
-from stillroom.maps.geometry import Points, as_points
-from stillroom.maps.grid import Cell, Mask
-from stillroom.simulator.changes import World, move_furniture, world_during
+from stillroom.maps.grid import Cell, Mask, OccupancyGrid
+from stillroom.simulator.building import home_of
+from stillroom.simulator.changes import World, home_during, world_during
 from stillroom.simulator.distortion import Distortion, distortion_at
 from stillroom.simulator.effects import Effects, Streams
 from stillroom.simulator.homes import Home
 from stillroom.simulator.mapping import Sensed, sense
+from stillroom.simulator.tracking import form_of, track_map
 
-OUTLIER_M = 1.0
-"""Standard deviation of a vertex that was tracked grossly wrong."""
+_OTHER = 1_000_003
+"""From a home's seed to that of the other floor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +34,12 @@ class Sortie:
     explored: Mask
     """Cells of the floor where the robot has been in all its missions so far, but for what stands there now."""
     happened: frozenset[str] = frozenset()
-    """Which of `EFFECTS` came in it."""
+    """What came in it, by the names of EFFECTS."""
+
+    @property
+    def refuse(self) -> str | None:
+        """The effect for which its grid must not be taken; None: it may."""
+        return next((name for name in ("slam_failures", "other_floors") if name in self.happened), None)
 
     def png(self) -> bytes:
         """The grid as the robot uploads it."""
@@ -52,7 +56,7 @@ class SimulatedRobot:
         self.streams = streams
         self.effects = effects
         self.resolution = resolution
-        self._furnished = (0, home)
+        self._standing = (0, home)
         self._seen: Mask | None = None
         self._distortions: dict[int, Distortion] = {}
 
@@ -60,17 +64,12 @@ class SimulatedRobot:
         world = world_during(self._home_at(number), number, self.effects, self.streams)
         bent = self.distortion(number)
         sensed = sense(world, bent, number, self.resolution, self.effects, self.streams)
+        happened = world.happened | sensed.happened | self._tracking_happened(number)
+        if self._is_elsewhere(number):
+            sensed = replace(sensed, grid=self._other_floor(number), seen=np.zeros_like(sensed.seen))
+            happened = frozenset({"other_floors"})
         self._seen = sensed.seen if self._seen is None else self._seen | sensed.seen
-        happened = {
-            "doors": world.shut,
-            "skipped": world.skipped,
-            "tracking_missing": number and not self._tracks(number),
-        }
-        named = frozenset(name for name, there in happened.items() if there)
-        return Sortie(number, world, bent, sensed, self._seen & ~sensed.floor.solid, named)
-
-    def _tracks(self, number: int) -> bool:
-        return self.streams.of("silence", number).random() >= self.effects.tracking_missing
+        return Sortie(number, world, bent, sensed, self._seen & ~sensed.floor.solid, happened)
 
     def distortion(self, number: int) -> Distortion:
         if number not in self._distortions:
@@ -78,7 +77,7 @@ class SimulatedRobot:
         return self._distortions[number]
 
     def meta(self, sortie: Sortie, base: Mapping[str, Any] | None) -> dict[str, Any]:
-        """The upload's `meta`; `base` is the document of the map in force, None before there is one."""
+        """The upload's `meta`; `base` is the document of the map that it set out with, None before there was one."""
         frame = sortie.sensed.grid.frame
         meta: dict[str, Any] = {
             "sequence": sortie.number,
@@ -95,37 +94,40 @@ class SimulatedRobot:
     def tracking(self, base: Mapping[str, Any], base_mission: int, number: int) -> dict[str, Any] | None:
         """The `tracking` of a mission's meta: where the features of a map document went since the mission whose frame it has.
 
-        None where the robot tracked nothing.
+        None where the robot tracked nothing. On another floor it tracks them where they were.
         """
         if not self._tracks(number):
             return None
         noise, outliers = self.streams.of("tracking", number), self.streams.of("outliers", number)
-        before, after = self.distortion(base_mission), self.distortion(number)
+        before = self.distortion(base_mission)
+        after = before if self._is_elsewhere(number) else self.distortion(number)
+        return track_map(base, before, after, form_of(self.effects, self.streams), self.effects, noise, outliers)
 
-        def tracked(vertices: object) -> list[list[float]]:
-            moved = after.apply(before.undo(as_points(vertices)))
-            placed: list[list[float]] = np.round(_with_errors(moved, self.effects, noise, outliers), 4).tolist()
-            return placed
+    def _tracking_happened(self, number: int) -> frozenset[str]:
+        happened = {
+            "tracking_missing": number > 0 and not self._tracks(number),
+            "tracking_forms": form_of(self.effects, self.streams) != "vertices",
+        }
+        return frozenset(name for name, has in happened.items() if has)
 
-        kinds: dict[str, dict[str, Any]] = {"rooms": {}, "dividers": {}}
-        for feature in base["features"]:
-            coordinates = feature["geometry"]["coordinates"]
-            if feature["properties"]["semantic"] == "room":
-                kinds["rooms"][feature["id"]] = tracked(coordinates[0][:-1])
-            elif feature["properties"]["semantic"] == "divider":
-                kinds["dividers"][feature["id"]] = tracked(coordinates)
-        return kinds
+    def _tracks(self, number: int) -> bool:
+        lost = self._is_elsewhere(number) and self.streams.of("floors", number).random(2)[1] < 0.5
+        return not lost and self.streams.of("silence", number).random() >= self.effects.tracking_missing
+
+    def _is_elsewhere(self, number: int) -> bool:
+        return number > 0 and self.streams.of("floors", number).random() < self.effects.other_floors
+
+    def _other_floor(self, number: int) -> OccupancyGrid:
+        """The grid of a mission on another floor, which is the same one each time."""
+        streams = replace(self.streams, seed=self.streams.seed + _OTHER)
+        home = home_of(streams, self.effects)
+        bent = distortion_at(home, number, self.effects, streams)
+        return sense(World(home), bent, number, self.resolution, replace(self.effects, slam_failures=0.0), streams).grid
 
     def _home_at(self, number: int) -> Home:
-        """The home as its furniture stands in a mission; asked for in order, each piece is moved once."""
-        past, home = self._furnished if self._furnished[0] <= number else (0, self.home)
+        """The home as it stands in a mission; asked for in order, each change is made once."""
+        past, home = self._standing if self._standing[0] <= number else (0, self.home)
         for step in range(past + 1, number + 1):
-            home = move_furniture(home, self.effects.furniture_moves, self.streams.of("furniture", step))
-        self._furnished = (number, home)
+            home = home_during(home, step, self.effects, self.streams)
+        self._standing = (number, home)
         return home
-
-
-def _with_errors(points: Points, effects: Effects, noise: Generator, outliers: Generator) -> Points:
-    points = points + effects.tracking_noise_m * noise.normal(size=points.shape)
-    gross: npt.NDArray[np.bool_] = outliers.random(len(points)) < effects.tracking_outliers
-    return points + gross[:, None] * OUTLIER_M * outliers.normal(size=points.shape)

@@ -49,6 +49,11 @@ _BY_USE: dict[RoomUse, tuple[Piece, ...]] = {
         Piece("coffee table", 0.9, 0.55, against_wall=False, legs=True),
         Piece("plant", 0.35, 0.35, against_wall=False),
     ),
+    "dining": (
+        Piece("dining table", 1.6, 0.9, against_wall=False, legs=True),
+        *(Piece(f"chair {i}", 0.42, 0.42, against_wall=False, legs=True) for i in range(1, 5)),
+        Piece("cabinet", 1.2, 0.45),
+    ),
     "kitchen": (
         Piece("counter", 2.2, 0.6, movable=False),
         Piece("fridge", 0.65, 0.65, movable=False),

@@ -11,7 +11,7 @@ from shapely import MultiPolygon, Point, Polygon
 from stillroom.maps.geometry import Line, Points, Pose, as_line, as_points, polygons_in
 
 Passage = Literal["door", "opening"]
-RoomUse = Literal["hall", "living", "kitchen", "bath", "bed", "work", "store"]
+RoomUse = Literal["hall", "living", "dining", "kitchen", "bath", "bed", "work", "store"]
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,15 @@ class Furniture:
 
 
 @dataclass(frozen=True)
+class Window:
+    """A window down to the floor: `panes` lie in an outer wall, `view` is what can be seen through them of the outside."""
+
+    id: str
+    panes: MultiPolygon
+    view: MultiPolygon
+
+
+@dataclass(frozen=True)
 class Home:
     rooms: tuple[TrueRoom, ...]
     walls: MultiPolygon
@@ -57,6 +66,9 @@ class Home:
     furniture: tuple[Furniture, ...]
     dock: tuple[float, float]
     """Where the robot starts from."""
+    windows: tuple[Window, ...] = ()
+    traits: frozenset[str] = frozenset()
+    """What is particular about it, by the names of the simulator's effects."""
 
     def room(self, name: str) -> TrueRoom:
         return next(room for room in self.rooms if room.name == name)
@@ -72,6 +84,8 @@ class Home:
             tuple(_moved_door(door, pose) for door in self.doors),
             tuple(_moved_furniture(piece, pose) for piece in self.furniture),
             as_point(pose.apply(as_points(self.dock))),
+            tuple(_moved_window(window, pose) for window in self.windows),
+            self.traits,
         )
 
 
@@ -127,6 +141,10 @@ def _moved_furniture(piece: Furniture, pose: Pose) -> Furniture:
         piece.against_wall,
         piece.movable,
     )
+
+
+def _moved_window(window: Window, pose: Pose) -> Window:
+    return Window(window.id, as_multipolygon(_moved(window.panes, pose)), as_multipolygon(_moved(window.view, pose)))
 
 
 def box(x0: float, y0: float, x1: float, y1: float) -> Polygon:

@@ -5,15 +5,14 @@ from math import radians
 
 import numpy as np
 import numpy.typing as npt
-import shapely
 from numpy.random import Generator
 
-from stillroom.maps.geometry import Points, Pose, as_points
-from stillroom.maps.grid import Cell, Cells, GridFrame, Mask, OccupancyGrid
+from stillroom.maps.geometry import Points, Pose
+from stillroom.maps.grid import Cell, GridFrame, Mask, OccupancyGrid
 from stillroom.simulator.changes import World
 from stillroom.simulator.distortion import Distortion
 from stillroom.simulator.effects import Effects, Streams
-from stillroom.simulator.homes import Home
+from stillroom.simulator.faults import LONG_GAP_M, SlamFailure, draw_gaps, draw_slam_failure, with_gaps, with_specks
 from stillroom.simulator.sensing import TRUTH_RESOLUTION_M, Floor, Scans, fill_ring, rasterise, route, take_scans
 
 _OCCUPIED_SHARE = 0.25
@@ -21,8 +20,6 @@ _OCCUPIED_SHARE = 0.25
 _SHORT_OF_WALL_CELLS = 0.75
 """A ray has swept the cells up to this far before its end."""
 _MARGIN_CELLS = 4
-_LEAK = 0.5
-"""Share of the gaps that the robot takes for floor; the others stay unexplored."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +29,8 @@ class Sensed:
     grid: OccupancyGrid
     floor: Floor
     seen: Mask
+    happened: frozenset[str] = frozenset()
+    """The effects, by their names in EFFECTS, that made this grid another."""
 
 
 def sense(
@@ -40,12 +39,15 @@ def sense(
     """One mission's grid of a home. The distortion moves where things land on the map, never what is seen."""
     floor = rasterise(world)
     scans = take_scans(floor, route(world, floor, streams.of("route", mission)))
-    clean = grid_of(scans, distortion, resolution, effects, streams.of("scans", mission))
-    cells = with_gaps(clean, world.home, distortion, effects, streams.of("gaps", mission))
-    cells = with_specks(
-        OccupancyGrid(clean.frame, cells), world.home, distortion, effects, streams.of("specks", mission)
-    )
-    return Sensed(OccupancyGrid(clean.frame, cells), floor, _seen(floor, scans))
+    slam = streams.of("slam", mission)
+    fails = mission > 0 and slam.random() < effects.slam_failures
+    failure = draw_slam_failure(scans.places, slam) if fails else None
+    grid = grid_of(scans, distortion, resolution, effects, streams.of("scans", mission), failure)
+    gaps = draw_gaps(world.home, mission, effects, streams.of("gaps", mission))
+    grid = OccupancyGrid(grid.frame, with_gaps(grid, gaps, distortion))
+    grid = OccupancyGrid(grid.frame, with_specks(grid, world.home, distortion, effects, streams.of("specks", mission)))
+    happened = {"slam_failures": fails, "gaps": any(gap.length_m > LONG_GAP_M for gap in gaps)}
+    return Sensed(grid, floor, _seen(floor, scans), frozenset(name for name, has in happened.items() if has))
 
 
 def _seen(floor: Floor, scans: Scans) -> Mask:
@@ -55,7 +57,14 @@ def _seen(floor: Floor, scans: Scans) -> Mask:
     return np.asarray(seen > 0) & ~floor.solid
 
 
-def grid_of(scans: Scans, distortion: Distortion, resolution: float, effects: Effects, rng: Generator) -> OccupancyGrid:
+def grid_of(
+    scans: Scans,
+    distortion: Distortion,
+    resolution: float,
+    effects: Effects,
+    rng: Generator,
+    failure: SlamFailure | None = None,
+) -> OccupancyGrid:
     """Scans on a grid that is just large enough: what most rays swept is free, where enough of them ended is occupied."""
     ranges = scans.ranges + effects.range_noise_m * rng.normal(size=scans.ranges.shape)
     errors = rng.normal(size=(len(scans.places), 3)) * (
@@ -66,15 +75,25 @@ def grid_of(scans: Scans, distortion: Distortion, resolution: float, effects: Ef
 
     def placed(reach: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         ends = scans.ends(reach)
-        return distortion.apply(_misplaced(ends, scans.places, errors).reshape(-1, 2)).reshape(ends.shape)
+        on_map = distortion.apply(_misplaced(ends, scans.places, errors).reshape(-1, 2)).reshape(ends.shape)
+        return on_map if failure is None else _put_off(on_map, failure)
 
     hits, rims = placed(ranges), placed(ranges - _SHORT_OF_WALL_CELLS * resolution)
     frame = _frame_around(hits.reshape(-1, 2), resolution)
-    ended = _ended(frame, hits, np.isfinite(ranges))
+    real = np.isfinite(ranges)
+    ended = _ended(frame, hits, real if failure is None else np.concatenate([real, real[failure.scans[failure.again]]]))
     swept = _swept(frame, rims)
     cells = np.where(swept > 0, np.uint8(Cell.FREE), np.uint8(Cell.UNEXPLORED))
     cells[(ended > 0) & (ended >= _OCCUPIED_SHARE * (ended + swept))] = Cell.OCCUPIED
     return OccupancyGrid(frame, cells)
+
+
+def _put_off(ends: npt.NDArray[np.float64], failure: SlamFailure) -> npt.NDArray[np.float64]:
+    """Scans (v, RAYS, 2) as a SLAM that failed puts them down; those that it has twice come after all others."""
+    moved = failure.off.apply(ends[failure.scans].reshape(-1, 2)).reshape(-1, *ends.shape[1:])
+    put = ends.copy()
+    put[failure.scans[~failure.again]] = moved[~failure.again]
+    return np.concatenate([put, moved[failure.again]])
 
 
 def _misplaced(
@@ -114,48 +133,3 @@ def _swept(frame: GridFrame, rims: npt.NDArray[np.float64]) -> npt.NDArray[np.ui
         fill_ring(one, corners - (left, low), 1)
         total[low:high, left:right] += one[: frame.height - low, : frame.width - left]
     return total
-
-
-def with_gaps(grid: OccupancyGrid, home: Home, distortion: Distortion, effects: Effects, rng: Generator) -> Cells:
-    """Cells with stretches of wall missing that the robot did not sense; some it takes for floor, through the wall."""
-    cells = grid.cells.copy()
-    faces = shapely.union_all([room.polygon.exterior for room in home.rooms])
-    for _ in range(rng.poisson(effects.gaps_per_10m * faces.length / 10)):
-        along, size, leak = rng.random(), rng.uniform(*effects.gap_m), rng.random() < _LEAK
-        point = as_points(shapely.get_coordinates(_along(faces, along)))
-        gap = _disc(grid.frame, distortion.apply(point), size / 2)
-        cells[gap & ((cells != Cell.FREE) if leak else (cells == Cell.OCCUPIED))] = (
-            Cell.FREE if leak else Cell.UNEXPLORED
-        )
-    return cells
-
-
-def _along(lines: shapely.Geometry, share: float) -> shapely.Geometry:
-    """The point after that share of the length of several lines laid end to end."""
-    left = share * lines.length
-    for line in shapely.get_parts(lines):
-        if left <= line.length:
-            break
-        left -= line.length
-    return shapely.line_interpolate_point(line, left)
-
-
-def with_specks(grid: OccupancyGrid, home: Home, distortion: Distortion, effects: Effects, rng: Generator) -> Cells:
-    """Cells with false obstacles on the floor."""
-    cells = grid.cells.copy()
-    x0, y0, x1, y1 = home.walls.bounds
-    floor = shapely.union_all([room.polygon for room in home.rooms])
-    for _ in range(rng.poisson(effects.specks * (x1 - x0) * (y1 - y0) / 10)):
-        x, y, radius = rng.uniform(x0, x1), rng.uniform(y0, y1), rng.uniform(0.3, 1.2) * grid.frame.resolution
-        if shapely.contains_xy(floor, x, y):
-            speck = _disc(grid.frame, distortion.apply(as_points((x, y))), radius)
-            cells[speck & (cells == Cell.FREE)] = Cell.OCCUPIED
-    return cells
-
-
-def _disc(frame: GridFrame, centre: Points, radius: float) -> Mask:
-    """Cells whose middle is within `radius` metres of a point (1, 2), and the cell around it."""
-    column, row = frame.to_cells(centre)[0]
-    rows, columns = np.ogrid[: frame.height, : frame.width]
-    near = np.hypot(rows + 0.5 - row, columns + 0.5 - column) * frame.resolution <= radius
-    return np.asarray(near | ((rows == np.floor(row)) & (columns == np.floor(column))))

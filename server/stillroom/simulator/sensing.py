@@ -22,15 +22,18 @@ RAYS = 600
 RANGE_M = 7.0
 TRUTH_RESOLUTION_M = 0.025
 """Of the raster that scans are taken in."""
+_STEP_CELLS = 4
 _SUBPIXEL_BITS = 4
 
 
 @dataclass(frozen=True, eq=False)
 class Floor:
-    """A home as a raster: where a ray ends. `solid` includes all that lies outside."""
+    """A home as a raster: where a ray ends. `solid` includes all that lies outside, but for what is seen through windows."""
 
     frame: GridFrame
     solid: Mask
+    glass: Mask
+    """Where rays pass and the robot does not."""
 
     def centres(self, cells: npt.NDArray[np.int64]) -> Points:
         """Middles (n, 2) of cells (n, 2) given as row, column."""
@@ -52,21 +55,25 @@ class Scans:
 
 def rasterise(world: World) -> Floor:
     home = world.home
-    x0, y0, x1, y1 = home.walls.bounds
+    x0, y0, x1, y1 = shapely.union_all([home.walls, *(window.view for window in home.windows)]).bounds
     step, margin = TRUTH_RESOLUTION_M, 2 * TRUTH_RESOLUTION_M
     width, height = (int(np.ceil((high - low + 2 * margin) / step)) for low, high in ((x0, x1), (y0, y1)))
     frame = GridFrame(step, width, height, Pose(x0 - margin, y0 - margin))
-    solid = np.ones((height, width), np.uint8)
+    solid, glass = np.ones((height, width), np.uint8), np.zeros((height, width), np.uint8)
+    clear = [window for window in home.windows if window.id in world.clear]
+    for part in (part for window in clear for part in (*window.panes.geoms, *window.view.geoms)):
+        fill(solid, frame, part, 0)
+    for pane in (pane for window in clear for pane in window.panes.geoms):
+        fill(glass, frame, pane, 1)
     for room in home.rooms:
         fill(solid, frame, room.polygon, 0)
     for door in home.doors:
         fill(solid, frame, _threshold(door), 0)
         if door.id in world.shut:
             fill(solid, frame, door.polygon, 1)
-    for piece in home.furniture:
-        for part in piece.solid.geoms:
-            fill(solid, frame, part, 1)
-    return Floor(frame, solid > 0)
+    for thing in (*world.in_doorways, *(part for piece in home.furniture for part in piece.solid.geoms)):
+        fill(solid, frame, thing, 1)
+    return Floor(frame, solid > 0, glass > 0)
 
 
 def _threshold(door: Door) -> Polygon:
@@ -87,8 +94,8 @@ def fill_ring(image: npt.NDArray[np.uint8], corners: Points, value: int) -> None
 
 
 def route(world: World, floor: Floor, rng: Generator) -> Points:
-    """Where the robot scans (n, 2): all over what it gets to from its dock, in the rooms that it enters."""
-    clear = distance_to(floor.solid, TRUTH_RESOLUTION_M) >= ROBOT_RADIUS_M
+    """Where the robot scans (n, 2), at its dock first: all over what it gets to from there, in the rooms that it enters."""
+    clear = distance_to(floor.solid | floor.glass, TRUTH_RESOLUTION_M) >= ROBOT_RADIUS_M
     for name in sorted(world.skipped):
         left_out = clear.astype(np.uint8)
         fill(left_out, floor.frame, shapely.buffer(world.home.room(name).polygon, 0.3), 0)
@@ -97,9 +104,33 @@ def route(world: World, floor: Floor, rng: Generator) -> Points:
     cells = np.argwhere(labels > 0)
     dock = floor.frame.to_cells(as_points(world.home.dock))[0, ::-1]
     row, column = cells[((cells - dock) ** 2).sum(1).argmin()]
-    coarse = np.argwhere(labels == labels[row, column])
+    reached = labels == labels[row, column]
+    coarse = np.argwhere(reached)
     coarse = coarse[rng.permutation(len(coarse))[: max(len(coarse) // 25, 1)]]
-    return _spread(floor.centres(np.concatenate([[[row, column]], coarse])), SCAN_SPACING_M)
+    cells = np.concatenate([[[row, column]], coarse])
+    if world.battery < 1.0:
+        way = _way_to(cells, reached)
+        cells = cells[way <= np.quantile(way, world.battery)]
+    return _spread(floor.centres(cells), SCAN_SPACING_M)
+
+
+def _way_to(cells: npt.NDArray[np.int64], reached: Mask) -> npt.NDArray[np.int64]:
+    """How far the robot has to go to each of the cells (n, 2) from the first, in steps of `_STEP_CELLS`; shape (n,)."""
+    height, width = (np.array(reached.shape) // _STEP_CELLS + 1).tolist()
+    rows, columns = (np.argwhere(reached) // _STEP_CELLS).T
+    passable = np.zeros((height, width), np.uint8)
+    passable[rows, columns] = 1
+    front = np.zeros_like(passable)
+    coarse = cells // _STEP_CELLS
+    front[tuple(coarse[0])] = 1
+    way = np.zeros(passable.shape, np.int64)
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    while True:
+        grown = cv2.dilate(front, cross) & passable
+        if (grown == front).all():
+            return np.asarray(way[coarse[:, 0], coarse[:, 1]])
+        way += (passable > 0) & (grown == 0)
+        front = grown
 
 
 def _spread(points: Points, spacing: float) -> Points:

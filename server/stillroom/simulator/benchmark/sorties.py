@@ -11,7 +11,6 @@ from importlib import metadata
 from pathlib import Path
 
 import stillroom
-from stillroom.simulator.effects import Effects, Streams
 from stillroom.simulator.fleet import SimulatedRobot, Sortie
 
 _SOURCES = Path(stillroom.__file__).parent
@@ -24,14 +23,13 @@ def default_folder() -> Path:
     return (Path(base) if base else Path.home() / ".cache") / "stillroom" / "sorties"
 
 
-def sorties_of(
-    robot: SimulatedRobot, streams: Streams, effects: Effects, missions: int, folder: Path | None
-) -> Sequence[Sortie]:
-    """The robot's first missions; from `folder` where they were simulated before by the same program."""
+def sorties_of(robot: SimulatedRobot, missions: int, folder: Path | None) -> Sequence[Sortie]:
+    """The robot's first missions; from `folder` where the same robot's were simulated before by the same program."""
     if folder is None:
         return [robot.sortie(number) for number in range(missions)]
-    key = repr((streams, effects, robot.resolution, missions, _fingerprint()))
-    kept = folder / f"{sha256(key.encode()).hexdigest()[:32]}.zlib"
+    home = b"".join(shape.wkb for shape in (robot.home.walls, *(piece.solid for piece in robot.home.furniture)))
+    key = repr((robot.streams, robot.effects, robot.resolution, missions, _fingerprint())).encode()
+    kept = folder / f"{sha256(key + home).hexdigest()[:32]}.zlib"
     if kept.exists():
         found: list[Sortie] = pickle.loads(zlib.decompress(kept.read_bytes()))
         return found
@@ -47,7 +45,7 @@ def sorties_of(
 def _fingerprint() -> str:
     """Of all that sorties depend on: the simulator's sources with what they import, and the libraries."""
     digest = sha256()
-    for source in sorted(sources("stillroom.simulator.fleet") | sources("stillroom.simulator.building")):
+    for source in sorted(sources("stillroom.simulator.fleet")):
         digest.update(source.read_bytes())
     for library in _LIBRARIES:
         digest.update(metadata.version(library).encode())

@@ -9,7 +9,7 @@ from stillroom.simulator.benchmark.failure_pictures import failure, save
 from stillroom.simulator.benchmark.judging import Record, lost_and_wrong, meta_share
 from stillroom.simulator.benchmark.memory import Answer, MemoryService, Version
 from stillroom.simulator.benchmark.sorties import sorties_of
-from stillroom.simulator.building import draw_home
+from stillroom.simulator.building import home_of
 from stillroom.simulator.client import Json
 from stillroom.simulator.effects import Effects, Streams
 from stillroom.simulator.fleet import SimulatedRobot, Sortie
@@ -36,38 +36,57 @@ class Household:
 
     def __init__(self, trial: Trial) -> None:
         streams = Streams(trial.seed, trial.robot)
-        self.robot = SimulatedRobot(draw_home(streams.of("home")), streams, trial.effects)
+        effects = trial.effects.of_robot(streams.of("model"))
+        (resolution,) = effects.resolutions
+        self.robot = SimulatedRobot(home_of(streams, effects), streams, effects, resolution)
         self.trial = trial
         self.service = MemoryService()
-        self.sorties = sorties_of(self.robot, streams, trial.effects, trial.missions, trial.cache)
+        self.sorties = sorties_of(self.robot, trial.missions, trial.cache)
         self.named: set[str] = set()
         """The true rooms that the owner has named so far."""
         self._known: frozenset[str] = frozenset()
 
     def run(self) -> Iterator[Record]:
-        for sortie in self.sorties:
+        """In the order in which the missions arrive."""
+        known = None
+        for sortie, happened in self._arrivals():
             before = self.service.in_force if self.service.versions else None
-            grid = sortie.sensed.grid
-            answer = self.service.process(sortie.number, grid, self.robot.meta(sortie, self.service.document()))
-            record = self._record(sortie, answer)
+            document = self.service.document()
+            base = known if known and happened & {"stale_bases", "late_uploads"} else document
+            known = document
+            answer = self.service.process(sortie.number, sortie.sensed.grid, self.robot.meta(sortie, base))
+            record = self._record(sortie, answer, happened)
             if self.trial.pictures is not None and record.error and before is not None:
                 save(self._picture(record, before, sortie, answer), record, self.trial.pictures)
             yield record
-            self._settle_in()
+            self._settle_in(sortie)
 
-    def _record(self, sortie: Sortie, answer: Answer) -> Record:
+    def _arrivals(self) -> Iterator[tuple[Sortie, frozenset[str]]]:
+        """Each mission, with what happened to it until it arrived."""
+        waiting = None
+        for sortie in self.sorties:
+            late, stale = self.robot.streams.of("uploads", sortie.number).random(2).tolist()
+            if 0 < sortie.number < len(self.sorties) - 1 and waiting is None and late < self.robot.effects.late_uploads:
+                waiting = sortie
+                continue
+            is_stale = sortie.number > 1 and waiting is None and stale < self.robot.effects.stale_bases
+            yield sortie, sortie.happened | ({"stale_bases"} if is_stale else frozenset())
+            if waiting is not None:
+                yield waiting, waiting.happened | {"late_uploads"}
+                waiting = None
+
+    def _record(self, sortie: Sortie, answer: Answer, happened: frozenset[str]) -> Record:
         found = self._fit(sortie)
         lost, wrong = lost_and_wrong(found, self.named)
-        refuse = None
-        off = bool(lost or wrong)
-        error = off or (answer.taken if refuse else not answer.taken)
+        refuse = "late_uploads" if "late_uploads" in happened else sortie.refuse
+        error = answer.taken if refuse else not answer.taken or bool(lost or wrong)
         version = self.service.in_force
         ablation = answer.ablation
         return Record(
             self.trial.seed,
             self.trial.robot,
             sortie.number,
-            tuple(sorted(sortie.happened)),
+            tuple(sorted(happened | self.robot.home.traits)),
             refuse,
             answer.verdict,
             answer.taken,
@@ -100,13 +119,10 @@ class Household:
         assert document is not None
         return document
 
-    def _settle_in(self) -> None:
-        """The owner looks at the map where its rooms are others than before."""
-        served = self._document()
-        if frozenset(served_rooms(served)) == self._known:
+    def _settle_in(self, sortie: Sortie) -> None:
+        """The owner looks at the map where its rooms are others than before. Only rooms that lie right are given a name."""
+        if frozenset(served_rooms(self._document())) == self._known:
             return
-        tidy_up(self.service.edit, self.robot.home, self.robot.distortion(self.service.in_force.mission))
-        served = self._document()
-        self._known = frozenset(served_rooms(served))
-        names = {f["properties"].get("name") for f in served["features"]}
-        self.named |= names & {room.name for room in self.robot.home.rooms}
+        tidy_up(self.service.edit, sortie.world.home, self.robot.distortion(self.service.in_force.mission))
+        self._known = frozenset(served_rooms(self._document()))
+        self.named |= {room.name for room in self._fit(sortie).rooms if room.named is not None and room.named.passed}
