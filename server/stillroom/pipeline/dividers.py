@@ -75,33 +75,39 @@ def attach(
     return Attached(placed)
 
 
-def attach_path(path: Points, floor: MultiPolygon, others: Sequence[Line], reach_m: float) -> Points | None:
+def attach_path(
+    path: Points, floor: MultiPolygon, others: Sequence[Line], reach_m: float, fixed: Sequence[bool] = (False, False)
+) -> Points | None:
     """A path (n, 2) over the floor whose two ends are moved to the walls or dividers that they end on; None where one finds none.
 
-    Each goes on in its direction, or back, to the nearest crossing within reach, else to the nearest place within reach.
+    Each goes on in its direction, or back, to the nearest crossing within reach, else to the nearest place within reach. Ends that are
+    `fixed` stay.
     """
     if len(path) < 2 or floor.is_empty:
         return None
     rings = shapely.get_rings(shapely.get_parts(floor))
     barriers = shapely.multilinestrings([*map(LineString, rings), *(LineString(other) for other in others)])
-    moved = path.copy()
-    for end, inner in ((0, 1), (-1, -2)):
-        along = path[end] - path[inner]
-        length = float(np.hypot(*along))
-        near = shapely.get_coordinates(shapely.shortest_line(shapely.Point(path[end]), barriers))
-        gap = float(np.hypot(*(near[1] - near[0])))
-        if length > TOUCH_M and gap > TOUCH_M:
-            stations = _crossings(path[inner], along / length, length, barriers, reach_m)
-            station = _crossing(stations, length, -1.0, length, reach_m, nearest=True)
-            if station is not None and abs(station - length) <= DETOUR * gap + DETOUR_M:
-                moved[end] = path[inner] + station * along / length
-                continue
-        if gap > reach_m:
+    moved = np.round(path, 3)
+    for end, inner, stays in ((0, 1, fixed[0]), (-1, -2, fixed[1])):
+        found = path[end] if stays else _end_of_path(path[inner], path[end], barriers, reach_m)
+        if found is None:
             return None
-        moved[end] = near[1]
-    moved[[0, -1]] = _on_grid(moved[[0, -1]], barriers)
-    moved[1:-1] = np.round(moved[1:-1], 3)
-    return moved
+        moved[end] = found if stays else _on_grid(found[None], barriers)[0]
+    return moved if np.hypot(*(moved[-1] - moved[0])) > TOUCH_M or len(moved) > 2 else None
+
+
+def _end_of_path(inner: Points, end: Points, barriers: shapely.Geometry, reach_m: float) -> Points | None:
+    """Where a path's last edge, from `inner` to `end`, ends on a barrier."""
+    along = end - inner
+    length = float(np.hypot(*along))
+    near = shapely.get_coordinates(shapely.shortest_line(shapely.Point(end), barriers))
+    gap = float(np.hypot(*(near[1] - near[0])))
+    if length > TOUCH_M and gap > TOUCH_M:
+        stations = _crossings(inner, along / length, length, barriers, reach_m)
+        station = _crossing(stations, length, -1.0, length, reach_m, nearest=True)
+        if station is not None and abs(station - length) <= DETOUR * gap + DETOUR_M:
+            return inner + station * along / length
+    return near[1] if gap <= reach_m else None
 
 
 def _on_grid(points: Points, barriers: shapely.Geometry) -> Points:

@@ -46,11 +46,18 @@ def classify_obstacles(
     """
     frame, cell = grid.frame, grid.frame.resolution
     inside = filled([room.polygon for room in tracked.rooms], frame)
-    boundary = [as_points(wall.line) for wall in tracked.walls]
+    # where a meta-divider stood and the robot senses something now, the wall is back
+    boundary = [as_points(line.line) for line in (*tracked.walls, *tracked.meta.dividers)]
     near = band(boundary, params.wall_classification_m, frame)
     doors = filled([_doorway(d.line, params.door_thickness_m) for d in tracked.dividers if d.id in shut], frame)
     wall = grid.occupied & (near | ~inside) & ~doors
-    wall &= ~_furniture(grid.occupied & inside, near, band(boundary, params.wall_offset_m, frame), params, cell)
+    furniture = wall & _furniture(
+        grid.occupied & inside, near, band(boundary, params.wall_offset_m, frame), params, cell
+    )
+    wall &= ~furniture
+    # but what stands against a wall does not open it
+    behind = [gap.path for gap in find_gaps(boundary, wall, frame, params)]
+    wall |= furniture & band(behind, params.wall_offset_m, frame)
     floor = grid.free.copy()
     if (floor & ~inside & ~near).sum() * cell**2 > params.floor_speck_m2:
         beyond = separate_clutter(grid, params).floor & ~inside & ~near
@@ -140,19 +147,24 @@ class Gap:
         return float(np.hypot(*(self.path[-1] - self.path[0])))
 
 
-def find_gaps(lines: Sequence[Points], wall: Mask, frame: GridFrame, params: Params) -> list[Gap]:
-    """Where lines (n, 2) that should lie on `wall` find none within the classification distance on either side."""
-    return [gap for line in lines for gap in _gaps_along(line, wall, frame, params)]
+def find_gaps(
+    lines: Sequence[Points], wall: Mask, frame: GridFrame, params: Params, leaps_m: float = np.inf
+) -> list[Gap]:
+    """Where lines (n, 2) that should lie on `wall` find none within the classification distance on either side.
+
+    And where, from one place on a line to the next, the wall leaps aside by more than `leaps_m`: a way may lead between.
+    """
+    return [gap for line in lines for gap in _gaps_along(line, wall, frame, params, leaps_m / frame.resolution)]
 
 
-def _gaps_along(line: Points, wall: Mask, frame: GridFrame, params: Params) -> list[Gap]:
+def _gaps_along(line: Points, wall: Mask, frame: GridFrame, params: Params, leaps: float) -> list[Gap]:
     cells = frame.to_cells(line)
     stations = shapely.get_coordinates(shapely.segmentize(shapely.LineString(cells), 1.0))
     along = np.gradient(stations, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
     normals = np.stack([along[:, 1], -along[:, 0]], 1)
     hit, place = _nearest_wall(stations, normals, wall, params.wall_classification_m / frame.resolution)
-    if hit.all() or not hit.any():
+    if not hit.any() or (hit.all() and leaps == np.inf):
         return []
     if np.allclose(line[0], line[-1]):
         # a ring begins on a wall, so that no gap is cut in two
@@ -161,7 +173,8 @@ def _gaps_along(line: Points, wall: Mask, frame: GridFrame, params: Params) -> l
         stations, hit, place = stations[turned], hit[turned], place[turned]
     found = np.flatnonzero(hit)
     shift = place + 0.5 - stations
-    runs = [(a, b) for a, b in pairwise(found.tolist()) if b > a + 1]
+    aside = np.hypot(*np.diff(place[found], axis=0).T) > leaps
+    runs = [(a, b) for (a, b), leap in zip(pairwise(found.tolist()), aside.tolist(), strict=True) if b > a + 1 or leap]
     gaps = [Gap(frame.to_map(_between(stations[a : b + 1], shift[a], shift[b]))) for a, b in runs]
     first, last = int(found[0]), int(found[-1])
     if first > 1:

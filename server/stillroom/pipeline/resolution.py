@@ -32,10 +32,11 @@ ADJOINS_M = 0.30
 """A correction this near to a room adjoins it."""
 SIDE_M = 0.15
 """Where to look for what lies beside a correction."""
-SIDE_M2 = 0.01
 SAME_PLACE = 0.5
 """A correction stood there before where one covers this share of it."""
 CONTRADICTED = 0.5
+LEAP_M = 0.15
+"""A boundary that leaps by more than this from one obstacle to another has a way between them."""
 STRAIGHT_M = 0.10
 """A path of meta-dividers is straightened by up to this."""
 
@@ -46,6 +47,8 @@ class Attempt:
 
     transfer: Transfer
     scores: tuple[RoomScore, ...]
+    sensed: OccupancyGrid
+    """Without the meta-occupancy that the transfer's grid has."""
 
     @property
     def meta(self) -> MapMeta:
@@ -122,7 +125,7 @@ def wall_differences(attempt: Attempt, params: Params) -> tuple[MetaOccupancy, .
     """Sections of the tracked walls that are no wall now, small and beside failed rooms."""
     transfer = attempt.transfer
     walls = [as_points(wall.line) for wall in transfer.tracked.walls if wall.kind == "wall"]
-    gaps = find_gaps(walls, transfer.obstacles.wall, transfer.grid.frame, params)
+    gaps = find_gaps(walls, transfer.obstacles.wall, transfer.grid.frame, params, LEAP_M)
     sections = meta_walls(gaps, transfer.grid.frame, params)
     rooms = [room.polygon for room in attempt.failed_rooms()]
     return tuple(s for s in sections if shapely.dwithin(s.polygon, rooms, ADJOINS_M).any())
@@ -184,14 +187,14 @@ def boundary_sections(attempt: Attempt, params: Params) -> tuple[MetaDivider, ..
 def _open_paths(polygon: Polygon, barrier: npt.NDArray[np.uint8], transfer: Transfer, params: Params) -> list[Points]:
     """The parts of a room's boundary that run along nothing, straightened; the whole of it where nothing is near."""
     ring = shapely.get_coordinates(polygon.exterior)
-    gaps: Sequence[Gap] = find_gaps([ring], barrier > 0, transfer.grid.frame, params)
+    gaps: Sequence[Gap] = find_gaps([ring], barrier > 0, transfer.grid.frame, params, LEAP_M)
     return [shapely.get_coordinates(shapely.simplify(LineString(gap.path), STRAIGHT_M)) for gap in gaps]
 
 
 def _draw(barrier: npt.NDArray[np.uint8], lines: Sequence[Line], transfer: Transfer) -> None:
     for line in lines:
         begin, end = np.floor(transfer.grid.frame.to_cells(as_points(line))).astype(int).tolist()
-        cv2.line(barrier, begin, end, 1, 1)
+        cv2.line(barrier, begin, end, 1, 2)
 
 
 # -- as little as possible -----------------------------------------------------------------------------------------
@@ -207,16 +210,33 @@ def minimise(attempt: Attempt, retry: Retry, keep: Sequence[MetaOccupancy] = ())
 
 
 def needed(attempt: Attempt, keep: Sequence[MetaOccupancy] = ()) -> MapMeta:
-    """The corrections that have different rooms on their sides, and those that open the floor."""
-    rooms = [room.polygon for room in attempt.transfer.candidate.rooms]
-    occupancy = []
-    for correction in attempt.meta.occupancy:
-        around = shapely.buffer(correction.polygon, SIDE_M)
-        touched = int((shapely.area(shapely.intersection(around, rooms)) > SIDE_M2).sum())
-        if correction.cell == "free" or touched > 1 or correction in keep:
-            occupancy.append(correction)
-    dividers = tuple(d for d in attempt.meta.dividers if len(d.rooms) > 1)
-    return MapMeta(tuple(occupancy), dividers)
+    """The corrections without which different rooms would be one, and those that open the floor."""
+    transfer = attempt.transfer
+    frame = transfer.grid.frame
+    rooms = np.zeros((frame.height, frame.width), np.int32)
+    for number, room in enumerate(transfer.candidate.rooms, 1):
+        rooms[cells_in([room.polygon], frame)] = number
+    occupancy = [
+        o for o in attempt.meta.occupancy if o.cell == "free" or o in keep or _parts(o.polygon, rooms, attempt)
+    ]
+    return MapMeta(tuple(occupancy), tuple(d for d in attempt.meta.dividers if len(d.rooms) > 1))
+
+
+def _parts(polygon: Polygon, rooms: npt.NDArray[np.int32], attempt: Attempt) -> bool:
+    """Whether what is no obstacle under a correction borders on more than one room. `rooms`: numbers by cell, 0 where there is none."""
+    frame = attempt.transfer.grid.frame
+    cells = frame.to_cells(shapely.get_coordinates(polygon.exterior))
+    left, low = np.maximum(np.floor(cells.min(0)).astype(int) - 2, 0).tolist()
+    right, high = (np.ceil(cells.max(0)).astype(int) + 3).tolist()
+    window = (slice(low, high), slice(left, right))
+    open_ = (cells_in([polygon], frame) & ~attempt.sensed.occupied)[window]
+    count, labels = cv2.connectedComponents(open_.view(np.uint8), connectivity=4)
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    for label in range(1, count):
+        beside = cv2.dilate((labels == label).view(np.uint8), cross) > 0
+        if len(np.setdiff1d(rooms[window][beside], [0])) > 1:
+            return True
+    return False
 
 
 def name_corrections(candidate: SemanticMap, before: MapMeta, mission: Mission) -> SemanticMap:

@@ -13,10 +13,10 @@ from shapely import MultiPolygon, Polygon
 
 from stillroom.maps.geometry import Line, Point, Points, as_line, as_points, as_tuples, polygons_in
 from stillroom.maps.grid import GridFrame, OccupancyGrid, look_up
-from stillroom.maps.meta import MapMeta
+from stillroom.maps.meta import MapMeta, MetaDivider
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
-from stillroom.pipeline.dividers import Adrift, attach, centre
+from stillroom.pipeline.dividers import Adrift, attach, attach_path, centre
 from stillroom.pipeline.obstacles import SUBPIXEL, classify_obstacles, corrected, drawn, is_shut
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.phantoms import carry_phantoms, without_phantoms
@@ -109,6 +109,7 @@ def transfer_semantics(
     obstacles = classify_obstacles(tracked, grid, shut, params, meta_walls)
     floor = _worth(outline(obstacles.floor, grid.frame, params, smallest_m2=params.face_area_m2), tracked, grid, params)
     dividers, lost = _attach_dividers((*tracked.dividers, *found), floor, params)
+    meta = replace(meta, dividers=_attach_meta(meta.dividers, dividers, floor, params))
     lines = [d.line for d in dividers] + [d.line for d in meta.dividers]
     pieces = partition(floor, lines, params.face_area_m2)
     visited = _visited(tracked, sensed)
@@ -182,6 +183,20 @@ def _attach_dividers(
         else:
             placed[now] = replace(by_id[now], line=centre(found.line, floor))
     return tuple(placed[d.id] for d in dividers if d.id in placed), tuple(lost)
+
+
+def _attach_meta(
+    meta: Sequence[MetaDivider], dividers: Sequence[Divider], floor: MultiPolygon, params: Params
+) -> tuple[MetaDivider, ...]:
+    """Meta-dividers whose ends, where no two of them meet, are moved to the nearest wall or divider; without those that find none."""
+    placed: list[MetaDivider] = []
+    ends = [end for d in meta for end in d.line]
+    lines = [d.line for d in dividers]
+    for d in meta:
+        path = attach_path(as_points(d.line), floor, lines, params.divider_reach_m, [ends.count(e) > 1 for e in d.line])
+        if path is not None:
+            placed.append(replace(d, line=as_line(path)))
+    return tuple(placed)
 
 
 def _resting(dividers: Sequence[Divider]) -> dict[str, list[str]]:

@@ -116,7 +116,7 @@ def update_map(
 
     def carried(meta: MapMeta, discovered: Sequence[Line] = ()) -> Attempt:
         transfer = transfer_semantics(tracked, grid, mission.id, params, meta, discovered)
-        return Attempt(transfer, score_rooms(tracked, transfer.candidate, transfer.visited, params))
+        return Attempt(transfer, score_rooms(tracked, transfer.candidate, transfer.visited, params), grid)
 
     with stage("transfer"):
         first = carried(MapMeta.EMPTY)
