@@ -57,6 +57,9 @@ class WallSamples:
     def moved(self, pose: Pose) -> "WallSamples":
         return WallSamples(pose.apply(self.points), self.normals @ pose.rotation.T)
 
+    def where(self, chosen: npt.NDArray[np.bool_]) -> "WallSamples":
+        return WallSamples(self.points[chosen], self.normals[chosen])
+
 
 def align(previous: SemanticMap, motion: Motion, grid: OccupancyGrid, reach_m: float, params: Params) -> Alignment:
     """Improves `motion` (previous frame -> grid's frame) by up to `reach_m`, with what the walls in `grid` say."""

@@ -96,5 +96,15 @@ class Params:
     registration_margin: float = 0.5
     """and no other pose reaches more than this part of its share."""
 
+    # -- plausibility --
+    plausible_length_m: float = 5.0
+    """So much wall must be in sight before it says anything."""
+    plausible_floor: float = 0.3
+    """Where less is, a grid with less of its floor in known rooms than this shows another floor."""
+    plausible_agreement: float = 0.5
+    """A grid whose walls agree less than this with the previous map's shows another floor; with all furniture moved it is 0.6 and more."""
+    plausible_twice: float = 0.17
+    """A grid that has so much of the walls twice is wrecked; chance gives less."""
+
 
 PARAMS = Params()

@@ -1,0 +1,193 @@
+"""Whether a grid shows the floor that it is taken for, whole: not another floor, and not one that a failure of SLAM has drawn twice.
+
+Tracking can't tell: a robot that lost its way tracks its own mistake. The walls can. Where the previous map has walls, obstacles are found
+again; a wall that is gone, and an obstacle where floor was, speak against it. Furniture, doors and gaps do so a little, another floor a lot.
+After a failure of SLAM the walls are found and a second time beside, all moved and turned alike.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from stillroom.maps.geometry import Points, Pose, as_points
+from stillroom.maps.grid import Cell, GridFrame, Mask, OccupancyGrid, look_up
+from stillroom.maps.semantics import SemanticMap
+from stillroom.pipeline.alignment import SAMPLE_M, WallSamples, sample_walls
+from stillroom.pipeline.cells import nearest_cells
+from stillroom.pipeline.params import Params
+
+FOUND_M = 0.15
+"""A wall is found again where an obstacle lies within this distance, and the obstacle is not new."""
+DOORWAY_M = 0.25
+"""Obstacles this near to a divider are a door, or what stands in the doorway."""
+ROOM_SIDE_M = 0.20
+"""A wall's own side is free so far away from it."""
+PIECE_M = 0.50
+"""An obstacle smaller than this is no wall."""
+COPY_M = 0.10
+"""A wall is there a second time where new obstacles lie within this distance of its copy."""
+COPY_TURNS_DEG = np.arange(-15.0, 15.1, 2.5)
+COPY_SHIFT_M = 3.0
+"""The copy's shift at the home's middle, at the most: it turns about a place in the home,"""
+COPY_FAR_M = 1.75
+"""but no wall is looked for farther away than this: new rooms may have the shape of old ones."""
+CELL_M = 0.15
+CANDIDATES = 6
+
+
+@dataclass(frozen=True)
+class Plausibility:
+    """What the walls say. Shares are of `in_sight_m`, the length of the previous walls whose places were explored.
+
+    `walls_found`: obstacles lie where they were; `walls_new`: obstacles where floor was, as a length; `walls_twice`: the walls that
+    are there a second time, all moved alike. `floor_known`: the share of the grid's free cells that lies in previous rooms.
+    """
+
+    floor_known: float
+    in_sight_m: float
+    walls_found: float
+    walls_new: float
+    walls_twice: float
+
+    @property
+    def agreement(self) -> float:
+        """Walls that both have, of all that either has."""
+        return self.walls_found / (1.0 + self.walls_new)
+
+    def other_floor(self, params: Params) -> bool:
+        """The walls are others than those of the previous map; or none of them is in sight, and the floor is elsewhere."""
+        if self.in_sight_m < params.plausible_length_m:
+            return self.floor_known < params.plausible_floor
+        return self.agreement < params.plausible_agreement
+
+    def wrecked(self, params: Params) -> bool:
+        """The floor is the right one, but a part of its walls is there twice."""
+        enough = self.in_sight_m >= params.plausible_length_m
+        return enough and self.walls_twice >= params.plausible_twice and not self.other_floor(params)
+
+
+def plausibility(tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> Plausibility:
+    """Compares `tracked`, the previous map moved into the mission's frame (aligned), with the mission's grid."""
+    samples = sample_walls([as_points(wall.line) for wall in tracked.walls if wall.kind == "wall"])
+    found, seen = _found(samples, grid)
+    floor = _floor(tracked, grid.frame)
+    floor_known = float((grid.free & floor).sum() / max(int(grid.free.sum()), 1))
+    in_sight_m = float(seen.sum()) * SAMPLE_M
+    if in_sight_m == 0:
+        return Plausibility(floor_known, 0.0, 0.0, 0.0, 0.0)
+    new = _border(grid) & ~_known(tracked, grid.frame)
+    twice = 0.0
+    if float(new.sum()) * grid.frame.resolution >= params.plausible_twice * in_sight_m:
+        twice = _copied(samples.where(seen), grid, new)
+    return Plausibility(
+        floor_known=floor_known,
+        in_sight_m=in_sight_m,
+        walls_found=float(found.sum() / seen.sum()),
+        walls_new=_length(new & floor, grid.frame) / in_sight_m,
+        walls_twice=twice,
+    )
+
+
+def _found(samples: WallSamples, grid: OccupancyGrid) -> tuple[Mask, Mask]:
+    """Which wall samples are found again, and which are in sight: those, and the others where the grid is free right through the wall."""
+    near = _grown(grid.occupied, FOUND_M, grid.frame)
+
+    def cell_at(beyond_m: float) -> npt.NDArray[np.uint8]:
+        return look_up(grid.cells, grid.frame.to_cells(samples.points + beyond_m * samples.normals), Cell.UNEXPLORED)
+
+    close = look_up(near, grid.frame.to_cells(samples.points), False)
+    found = close & (cell_at(-FOUND_M) != Cell.UNEXPLORED)
+    gone = ~close & (cell_at(0.0) == Cell.FREE) & (cell_at(FOUND_M) == Cell.FREE)
+    return found, found | gone
+
+
+def _border(grid: OccupancyGrid) -> Mask:
+    """Obstacles where they can be touched: filled ones count as much as those of which only the face is seen."""
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    return grid.occupied & (cv2.dilate(grid.free.view(np.uint8), cross) > 0)
+
+
+def _known(tracked: SemanticMap, frame: GridFrame) -> Mask:
+    """Cells in which obstacles are nothing new: near walls, doorways and clutter."""
+    known = np.zeros((frame.height, frame.width), np.uint8)
+    walls = [nearest_cells(as_points(wall.line), frame) for wall in tracked.walls]
+    cv2.polylines(known, walls, False, 1, 2 * _cells(FOUND_M, frame) + 1)
+    doorways = [nearest_cells(as_points(divider.line), frame) for divider in tracked.dividers]
+    cv2.polylines(known, doorways, False, 1, 2 * _cells(DOORWAY_M, frame) + 1)
+    rings = [nearest_cells(shapely.get_coordinates(clutter.polygon.exterior), frame) for clutter in tracked.clutter]
+    for ring in rings:
+        cv2.fillPoly(known, [ring], 1)
+    cv2.polylines(known, rings, True, 1, 2 * _cells(FOUND_M, frame) + 1)
+    return known > 0
+
+
+def _floor(tracked: SemanticMap, frame: GridFrame) -> Mask:
+    floor = np.zeros((frame.height, frame.width), np.uint8)
+    for room in tracked.rooms:
+        cv2.fillPoly(floor, [nearest_cells(shapely.get_coordinates(room.polygon.exterior), frame)], 1)
+    return floor > 0
+
+
+def _length(mask: Mask, frame: GridFrame) -> float:
+    """Metres of wall in a mask, in pieces as large as `PIECE_M`: smaller ones are the legs of furniture."""
+    _, _, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    large = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) * frame.resolution >= PIECE_M
+    large[0] = False
+    return float(stats[large, cv2.CC_STAT_AREA].sum()) * frame.resolution
+
+
+def _copied(samples: WallSamples, grid: OccupancyGrid, new: Mask) -> float:
+    """The largest share of the walls that new obstacles repeat under one rigid motion, near the walls themselves."""
+    near = _grown(new, COPY_M, grid.frame)
+    ranked = sorted(_motions(samples.points, grid.frame, new), key=lambda entry: -entry[0])
+    return max(_repeated(samples, pose, grid, near) for _, pose in ranked[:CANDIDATES])
+
+
+def _repeated(samples: WallSamples, pose: Pose, grid: OccupancyGrid, near: Mask) -> float:
+    """The share of wall samples that a motion brings onto `near`, with the floor on their own side."""
+    moved = samples.moved(pose)
+    hit = np.linalg.norm(moved.points - samples.points, axis=1) <= COPY_FAR_M
+    hit &= look_up(near, grid.frame.to_cells(moved.points), False)
+    beside = grid.frame.to_cells(moved.points - ROOM_SIDE_M * moved.normals)
+    return float((hit & look_up(grid.free, beside, False)).mean())
+
+
+def _motions(points: Points, frame: GridFrame, new: Mask) -> Iterator[tuple[float, Pose]]:
+    """For each turn the shift that brings most of the wall points (n, 2) onto new obstacles, and how many: by correlation."""
+    rows, columns = np.nonzero(new)
+    obstacles = frame.to_map(as_points(np.stack([columns, rows], 1)) + 0.5)
+    middle = points.mean(0)
+    reach = round(COPY_SHIFT_M / CELL_M)
+    radius = float(np.linalg.norm(points - middle, axis=1).max())
+    obstacles = obstacles[(np.abs(obstacles - middle) < radius + COPY_SHIFT_M).all(1)]
+    size = cv2.getOptimalDFTSize(2 * int(np.ceil((radius + COPY_SHIFT_M) / CELL_M)) + 2)
+
+    def picture(places: Points) -> npt.NDArray[np.float32]:
+        cells = np.floor((places - middle) / CELL_M).astype(np.int64) + size // 2
+        counts = np.bincount(cells[:, 1] * size + cells[:, 0], minlength=size**2)
+        return counts.reshape(size, size).astype(np.float32)
+
+    target = cv2.dft(cv2.dilate(np.minimum(picture(obstacles), 1.0), np.ones((3, 3), np.uint8)))
+    for degrees in COPY_TURNS_DEG.tolist():
+        about = Pose(*middle.tolist()).after(Pose(yaw=np.radians(degrees))).after(Pose(*(-middle).tolist()))
+        together = cv2.mulSpectrums(target, cv2.dft(picture(about.apply(points))), 0, conjB=True)
+        match = cv2.idft(together, flags=cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT)
+        match = np.roll(match, (reach, reach), (0, 1))[: 2 * reach + 1, : 2 * reach + 1]
+        row, column = np.unravel_index(match.argmax(), match.shape)
+        shift = Pose(float(column - reach) * CELL_M, float(row - reach) * CELL_M)
+        yield float(match[row, column]), shift.after(about)
+
+
+def _cells(length_m: float, frame: GridFrame) -> int:
+    return max(1, round(length_m / frame.resolution))
+
+
+def _grown(mask: Mask, reach_m: float, frame: GridFrame) -> Mask:
+    """The cells within `reach_m` of those of `mask`."""
+    across = 2 * _cells(reach_m, frame) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, across))
+    return cv2.dilate(mask.view(np.uint8), disc) > 0
