@@ -12,9 +12,9 @@ import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
 from stillroom.maps.geometry import Line, as_line, as_points, polygons_in
-from stillroom.maps.grid import Mask
+from stillroom.maps.grid import Mask, look_up
 from stillroom.maps.meta import MetaOccupancy
-from stillroom.pipeline.obstacles import filled, find_gaps
+from stillroom.pipeline.obstacles import Gap, filled, find_gaps
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.resolution import Attempt, meta_walls
 from stillroom.pipeline.segmentation import propose_dividers
@@ -22,6 +22,11 @@ from stillroom.pipeline.transfer import Transfer, enclosure
 
 BESIDE_M = 0.35
 """A gap this near to new floor leads to it."""
+STRAIGHT = 1.3
+"""A gap is straight where its path is no longer than this many times from end to end."""
+JAMB_M = 0.35
+HELD = 0.8
+"""Share of that length beyond a gap's end on which the wall goes on."""
 SAME_M = 0.5
 """Dividers whose middles are nearer than this are one: both faces of a wall have a gap where there is a door."""
 
@@ -50,7 +55,7 @@ def discover(attempt: Attempt, params: Params) -> Discovery:
     for region in regions:
         beside = [gap for gap in gaps if shapely.dwithin(LineString(gap.path), region, BESIDE_M)]
         if is_room(region, transfer, params):
-            _add(dividers, [as_line(gap.path[[0, -1]]) for gap in beside if gap.chord_m <= params.divider_length_m[1]])
+            _add(dividers, [as_line(gap.path[[0, -1]]) for gap in beside if is_doorway(gap, transfer, params)])
             _add(dividers, _inside(region, transfer, params))
         else:
             corrections += meta_walls(beside, transfer.grid.frame, params)
@@ -80,13 +85,41 @@ def is_room(region: Polygon, transfer: Transfer, params: Params) -> bool:
     )
 
 
+def is_doorway(gap: Gap, transfer: Transfer, params: Params) -> bool:
+    """Whether the wall goes on straight beyond a gap on both sides, or on one and ends on another wall there.
+
+    Where furniture was taken for a wall and has gone, it does not.
+    """
+    detour = float(np.linalg.norm(np.diff(gap.path, axis=0), axis=1).sum())
+    if not gap.bounded or gap.chord_m > params.divider_length_m[1] or detour > STRAIGHT * gap.chord_m:
+        return False
+    held = _held(as_line(gap.path[[0, -1]]), transfer)
+    return max(held) > HELD and min(held) > 0
+
+
+def _held(line: Line, transfer: Transfer) -> tuple[float, float]:
+    """Share of `JAMB_M` beyond each end of a line on which there is wall."""
+    frame = transfer.grid.frame
+    ends = as_points(line)
+    along = (ends[1] - ends[0]) / max(float(np.hypot(*(ends[1] - ends[0]))), 1e-9)
+    steps = np.arange(0.0, JAMB_M, frame.resolution / 2)[:, None]
+    wall = cv2.dilate(transfer.obstacles.wall.view(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    begin, end = (look_up(wall, frame.to_cells(p), False) for p in (ends[0] - steps * along, ends[1] + steps * along))
+    return float(begin.mean()), float(end.mean())
+
+
 def _inside(region: Polygon, transfer: Transfer, params: Params) -> list[Line]:
-    """Automatic dividers within the new floor, or where it meets what was known."""
+    """Automatic dividers within the new floor; where it meets what was known, only those in a wall that goes on beyond both ends."""
     whole = [part for part in transfer.floor.geoms if shapely.intersects(part, region)]
     mask: Mask = transfer.obstacles.floor & filled(whole, transfer.grid.frame)
     lines = propose_dividers(MultiPolygon(whole), mask, transfer.grid.frame, params)
-    around = shapely.buffer(region, BESIDE_M)
-    return [line for line in lines if shapely.covers(around, LineString(line))]
+    around, well_inside = shapely.buffer(region, BESIDE_M), shapely.buffer(region, -BESIDE_M)
+    return [
+        line
+        for line in lines
+        if shapely.covers(around, LineString(line))
+        and (shapely.intersects(well_inside, LineString(line)) or min(_held(line, transfer)) > HELD)
+    ]
 
 
 def _add(dividers: list[Line], more: Sequence[Line]) -> None:

@@ -47,7 +47,7 @@ def classify_obstacles(
     frame, cell = grid.frame, grid.frame.resolution
     inside = filled([room.polygon for room in tracked.rooms], frame)
     # where a meta-divider stood and the robot senses something now, the wall is back
-    boundary = [as_points(line.line) for line in (*tracked.walls, *tracked.meta.dividers)]
+    boundary = [as_points(w.line) for w in tracked.walls] + [as_points(d.line) for d in tracked.meta.dividers]
     near = band(boundary, params.wall_classification_m, frame)
     doors = filled([_doorway(d.line, params.door_thickness_m) for d in tracked.dividers if d.id in shut], frame)
     wall = grid.occupied & (near | ~inside) & ~doors

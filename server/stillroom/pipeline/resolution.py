@@ -13,14 +13,13 @@ import numpy.typing as npt
 import shapely
 from shapely import LineString, Polygon
 
-from stillroom.maps.geometry import Line, Points, as_line, as_points, polygons_in
+from stillroom.maps.geometry import GRID_M, as_line, as_points, polygons_in
 from stillroom.maps.grid import GridFrame, OccupancyGrid
 from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
 from stillroom.maps.mission import Mission
 from stillroom.maps.semantics import Ids, Room, SemanticMap
 from stillroom.pipeline.cells import cells_in
 from stillroom.pipeline.conflicts import RoomScore
-from stillroom.pipeline.dividers import attach_path
 from stillroom.pipeline.obstacles import Gap, band, filled, find_gaps
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.transfer import Transfer
@@ -32,12 +31,14 @@ ADJOINS_M = 0.30
 """A correction this near to a room adjoins it."""
 SIDE_M = 0.15
 """Where to look for what lies beside a correction."""
+CUT_OFF_M2 = 0.25
+"""Counted without a rim of the classification distance."""
 SAME_PLACE = 0.5
 """A correction stood there before where one covers this share of it."""
 CONTRADICTED = 0.5
 LEAP_M = 0.15
 """A boundary that leaps by more than this from one obstacle to another has a way between them."""
-STRAIGHT_M = 0.10
+STRAIGHT_M = 0.02
 """A path of meta-dividers is straightened by up to this."""
 
 
@@ -95,16 +96,17 @@ def meta_occupancy(attempt: Attempt, retry: Retry, params: Params) -> Attempt:
     return attempt
 
 
-def meta_dividers(attempt: Attempt, retry: Retry, params: Params) -> Attempt:
-    """Adds the tracked boundary of lost rooms wherever it is neither wall nor divider."""
+def meta_dividers(attempt: Attempt, retry: Retry, _params: Params) -> Attempt:
+    """Adds the tracked boundary of lost rooms, then keeps of it what parts rooms that no wall and no divider parts."""
     for _ in range(ROUNDS):
-        found = boundary_sections(attempt, params) if attempt.failed else ()
+        found = tracked_boundary(attempt) if attempt.failed else ()
         if not found:
             break
         tried = retry(replace(attempt.meta, dividers=(*attempt.meta.dividers, *found)))
         if not _is_better(tried, attempt):
             break
-        attempt = tried
+        kept = retry(replace(tried.meta, dividers=parting(tried)))
+        attempt = tried if kept.failed - tried.failed else kept
     return attempt
 
 
@@ -146,15 +148,40 @@ def meta_walls(gaps: Sequence[Gap], frame: GridFrame, params: Params) -> tuple[M
 
 def free_differences(attempt: Attempt, params: Params) -> tuple[MetaOccupancy, ...]:
     """What is wall now well inside a failed room as it was tracked, where it is small: as free polygons."""
+    return _opened(attempt.failed_rooms(), attempt, params)
+
+
+def _opened(rooms: Sequence[Room], attempt: Attempt, params: Params) -> tuple[MetaOccupancy, ...]:
     transfer = attempt.transfer
     frame = transfer.grid.frame
-    inside = filled([room.polygon for room in attempt.failed_rooms()], frame)
+    inside = filled([room.polygon for room in rooms], frame)
     along = band([as_points(wall.line) for wall in transfer.tracked.walls], params.wall_offset_m, frame)
     sections = clutter_features(transfer.obstacles.wall & inside & ~along, frame, "", params)
     return tuple(
         MetaOccupancy("", section.polygon, "free", "")
         for section in sections
         if section.polygon.area <= params.meta_area_m2 and _extent(section.polygon) <= params.meta_length_m
+    )
+
+
+def rejoin(attempt: Attempt, retry: Retry, params: Params) -> Attempt:
+    """Opens what cuts off a part of a room that passed: small obstacles that the robot could not get past are no walls."""
+    cut = cut_off(attempt, params)
+    found = _opened([room for room in attempt.transfer.tracked.rooms if room.id in cut], attempt, params) if cut else ()
+    if not found:
+        return attempt
+    tried = retry(replace(attempt.meta, occupancy=(*attempt.meta.occupancy, *found)))
+    return tried if not tried.failed - attempt.failed and cut_off(tried, params) < cut else attempt
+
+
+def cut_off(attempt: Attempt, params: Params) -> frozenset[str]:
+    """Rooms of which a part that is wide enough to be no jitter is in no room any more, or in a new one."""
+    known = {room.id for room in attempt.transfer.tracked.rooms}
+    still = shapely.union_all([room.polygon for room in attempt.transfer.candidate.rooms if room.id in known])
+    lost = shapely.difference([room.polygon for room in attempt.transfer.tracked.rooms], still)
+    parts = shapely.area(shapely.buffer(lost, -params.wall_classification_m))
+    return frozenset(
+        room.id for room, part in zip(attempt.transfer.tracked.rooms, parts.tolist(), strict=True) if part > CUT_OFF_M2
     )
 
 
@@ -167,37 +194,43 @@ def _extent(polygon: Polygon) -> float:
 # -- meta-dividers -------------------------------------------------------------------------------------------------
 
 
-def boundary_sections(attempt: Attempt, params: Params) -> tuple[MetaDivider, ...]:
-    """Paths of meta-dividers along the tracked boundary of each lost room, where it runs over open floor and along no divider."""
-    transfer = attempt.transfer
-    barrier = (~transfer.obstacles.floor).view(np.uint8)
-    lines: list[Line] = [d.line for d in transfer.candidate.dividers] + [d.line for d in attempt.meta.dividers]
-    found: list[MetaDivider] = []
-    for room in attempt.failed_rooms():
-        _draw(barrier, lines, transfer)
-        for path in _open_paths(room.polygon, barrier, transfer, params):
-            placed = attach_path(path, transfer.floor, lines, params.divider_reach_m)
-            if placed is not None:
-                segments = [as_line(placed[k : k + 2]) for k in range(len(placed) - 1)]
-                found += [MetaDivider("", segment, (), "") for segment in segments]
-                lines += segments
-    return tuple(found)
+def tracked_boundary(attempt: Attempt) -> tuple[MetaDivider, ...]:
+    """The tracked boundary of each lost room, segment by segment, wherever it runs over floor."""
+    floor = attempt.transfer.floor
+    rings = shapely.union_all([room.polygon.exterior for room in attempt.failed_rooms()])
+    return _segments(shapely.intersection(rings, floor, grid_size=GRID_M))
 
 
-def _open_paths(polygon: Polygon, barrier: npt.NDArray[np.uint8], transfer: Transfer, params: Params) -> list[Points]:
-    """The parts of a room's boundary that run along nothing, straightened; the whole of it where nothing is near."""
-    ring = shapely.get_coordinates(polygon.exterior)
-    gaps: Sequence[Gap] = find_gaps([ring], barrier > 0, transfer.grid.frame, params, LEAP_M)
-    return [shapely.get_coordinates(shapely.simplify(LineString(gap.path), STRAIGHT_M)) for gap in gaps]
+def parting(attempt: Attempt) -> tuple[MetaDivider, ...]:
+    """What lies between different rooms and is no divider, as straight segments from wall to wall."""
+    candidate = attempt.transfer.candidate
+    rooms = [room.polygon for room in candidate.rooms]
+    dividers = shapely.buffer(
+        shapely.MultiLineString([d.line for d in candidate.dividers]), 2 * GRID_M, cap_style="flat"
+    )
+    first, second = shapely.STRtree(rooms).query(rooms, predicate="intersects")
+    pairs = [(i, j) for i, j in zip(first.tolist(), second.tolist(), strict=True) if i < j]
+    edges = [shapely.intersection(rooms[i].boundary, rooms[j].boundary) for i, j in pairs]
+    shared = shapely.difference(shapely.union_all(edges), dividers)
+    return _segments(shapely.simplify(shapely.line_merge(shared), STRAIGHT_M))
 
 
-def _draw(barrier: npt.NDArray[np.uint8], lines: Sequence[Line], transfer: Transfer) -> None:
-    for line in lines:
-        begin, end = np.floor(transfer.grid.frame.to_cells(as_points(line))).astype(int).tolist()
-        cv2.line(barrier, begin, end, 1, 2)
+def _segments(lines: shapely.Geometry) -> tuple[MetaDivider, ...]:
+    merged = [part for part in shapely.get_parts(shapely.line_merge(lines)) if part.geom_type == "LineString"]
+    return tuple(
+        MetaDivider("", as_line(points[k : k + 2]), (), "")
+        for points in (np.round(shapely.get_coordinates(part), 3) for part in merged)
+        for k in range(len(points) - 1)
+        if np.hypot(*(points[k + 1] - points[k])) > GRID_M
+    )
 
 
 # -- as little as possible -----------------------------------------------------------------------------------------
+
+
+def settle(attempt: Attempt, retry: Retry, params: Params, keep: Sequence[MetaOccupancy] = ()) -> Attempt:
+    """The attempt with no more corrections than it takes, and no room in parts."""
+    return rejoin(minimise(attempt, retry, keep), retry, params)
 
 
 def minimise(attempt: Attempt, retry: Retry, keep: Sequence[MetaOccupancy] = ()) -> Attempt:

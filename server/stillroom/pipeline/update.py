@@ -20,7 +20,7 @@ from stillroom.pipeline.conflicts import Conflict, RoomScore, score_rooms
 from stillroom.pipeline.discovery import Discovery, discover
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.registration import Registration, register
-from stillroom.pipeline.resolution import Attempt, minimise, name_corrections, resolve_conflicts
+from stillroom.pipeline.resolution import Attempt, name_corrections, resolve_conflicts, settle
 from stillroom.pipeline.resolution import ResolverName as ResolverName
 from stillroom.pipeline.restrictions import carry_restrictions
 from stillroom.pipeline.transfer import Transfer, track, transfer_semantics
@@ -122,7 +122,7 @@ def update_map(
         first = carried(MapMeta.EMPTY)
     with stage("resolve"):
         attempts = resolve_conflicts(first, carried, resolvers, params)
-        best = minimise(next(reversed(attempts.values()), first), carried)
+        best = settle(next(reversed(attempts.values()), first), carried, params)
     with stage("discover"):
         if found := discover(first, params):
             best = _opened(found, best, carried, resolvers, params)
@@ -147,7 +147,7 @@ def _opened(
 
     opened = retry(MapMeta(occupancy=found.corrections))
     attempts = resolve_conflicts(opened, retry, resolvers, params)
-    best = minimise(next(reversed(attempts.values()), opened), retry, found.corrections)
+    best = settle(next(reversed(attempts.values()), opened), retry, params, found.corrections)
     return best if best.failed <= resolved.failed else resolved
 
 
