@@ -76,6 +76,13 @@ class AlreadyDecided(StillroomError):
     title = "It was decided already"
 
 
+class ChangedSince(StillroomError):
+    """It can't be taken back, because the same was changed again."""
+
+    slug = "changed-since"
+    title = "It was changed again since"
+
+
 class NotParked(StillroomError):
     slug = "not-parked"
     title = "The mission is not parked"

@@ -120,6 +120,10 @@ def document(body: BaseModel, status: int = 200, headers: Mapping[str, str] | No
     return Response(body.model_dump_json(), status, headers, "application/json")
 
 
+def etag(version: int) -> dict[str, str]:
+    return {"ETag": f'"v{version}"'}
+
+
 def page(request: Request, body: api.Page[Any]) -> Response:
     headers = {}
     if body.next is not None:

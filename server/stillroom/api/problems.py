@@ -25,6 +25,7 @@ STATUS_CODES: dict[type[StillroomError], int] = {
     errors.MissionConflict: 409,
     errors.AlreadyDecided: 409,
     errors.NotParked: 409,
+    errors.ChangedSince: 409,
     errors.PreconditionRequired: 428,
     errors.StaleVersion: 412,
     errors.Unauthenticated: 401,

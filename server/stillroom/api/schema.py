@@ -5,7 +5,7 @@ from typing import Any
 from fastapi import FastAPI
 from pydantic.json_schema import models_json_schema
 
-from stillroom.documents.api import Event, Problem
+from stillroom.documents.api import Event, Problem, RefusedEdit, StaleEdit
 from stillroom.documents.missions import MissionMeta
 
 
@@ -21,7 +21,13 @@ def install(app: FastAPI) -> None:
 
 
 _, _definitions = models_json_schema(
-    [(Problem, "serialization"), (Event, "serialization"), (MissionMeta, "validation")],
+    [
+        (Problem, "serialization"),
+        (StaleEdit, "serialization"),
+        (RefusedEdit, "serialization"),
+        (Event, "serialization"),
+        (MissionMeta, "validation"),
+    ],
     ref_template="#/components/schemas/{model}",
 )
 _REFERRED: dict[str, Any] = _definitions["$defs"]

@@ -6,6 +6,7 @@ from typing import Annotated, Generic, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field
 
 from stillroom.documents.geojson import Document, Feature
+from stillroom.documents.operations import OperationDocument
 
 Outcome = Literal["created", "updated", "resolved", "needs_review", "reverted", "superseded", "parked"]
 Status = Literal["queued", "processing", "done"]
@@ -64,6 +65,8 @@ class VersionSummary(Document):
 
 
 class VersionListItem(VersionSummary):
+    name: str | None
+    """What people call it."""
     rooms: int
     """How many rooms it has."""
     url: str
@@ -89,12 +92,94 @@ class EditProblem(Document):
     feature: str | None
     message: str
     fix: str | None
+    """What would mend it, in words."""
+    fix_operation: OperationDocument | None = None
+    """The same as an operation, to be added to the others."""
+
+
+class MadeFeature(Document):
+    """What an operation of the batch made."""
+
+    pointer: str
+    feature: str
 
 
 class EditedMap(MapDocument):
-    """The map that an edit made, or with `dry_run` would make."""
+    """The map that an edit made."""
 
     problems: list[EditProblem]
+
+
+class EditPreview(EditedMap):
+    """The map that an edit would make."""
+
+    made: list[MadeFeature]
+
+
+class FixDocument(Document):
+    """What would mend an edit that was refused: the operation to put at `pointer`, or to add where that is "/operations"."""
+
+    pointer: str
+    title: str
+    operation: OperationDocument
+
+
+class RefusedEdit(Problem):
+    """`fixes`: what would mend it, where that can be told."""
+
+    fixes: list[FixDocument] = []
+
+
+class MergeConflict(Document):
+    """An operation that somebody else's change speaks against."""
+
+    pointer: str
+    feature: str | None
+    detail: str
+
+
+class StaleEdit(Problem):
+    """`current` is in force. Where `mergeable`, the edit still applies to it: `merge_operations` are what to send with
+    `If-Match: "v{current}"`, `merge_preview` is what they come to."""
+
+    current: int
+    mergeable: bool
+    merge_preview: EditPreview | None
+    merge_operations: list[OperationDocument]
+    merge_conflicts: list[MergeConflict]
+
+
+class ChangeDocument(Document):
+    """One thing that differs between two versions. `value`: metres or square metres, where it is measured."""
+
+    code: str
+    feature: str
+    name: str
+    """Of the room, or of those beside a divider."""
+    text: str
+    value: float | None
+
+
+class DiffDocument(Document):
+    from_version: int
+    to_version: int
+    moved: tuple[float, float, float] | None
+    """The rigid motion (x, y, yaw) that takes the first one's frame to the second one's, about; null: none is known."""
+    changes: list[ChangeDocument]
+
+
+class VersionChange(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+    name: Annotated[str, Field(max_length=100, pattern=r"^[^\x00-\x1f\x7f]*\S[^\x00-\x1f\x7f]*$")] | None
+    """null takes the name away."""
+
+
+class PinRequest(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+    version: Annotated[int, Field(ge=1, le=2**31 - 1)] | None = None
+    """The one in force where it is missing; any other is restored first."""
 
 
 class Segment(Document):
@@ -122,6 +207,8 @@ class MapSummary(Document):
     review: Review
     version: int | None
     """The version in force; null until a first mission succeeded."""
+    pinned: int | None
+    """The version that it stays at until a person agrees to another."""
     rooms: int
     updated_at: datetime | None
     url: str
@@ -228,6 +315,8 @@ class MissionDocument(Document):
     ablation: AblationDocument | None
     base_version: int | None
     """The version that was carried over."""
+    left_with: int | None
+    """The version that the robot left with, as it said."""
     version: int | None
     """The version in force after this mission."""
     algorithm: str | None

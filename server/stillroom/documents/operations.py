@@ -1,17 +1,18 @@
-"""What people ask to be changed, as it comes over the wire."""
+"""What people ask to be changed, as it comes over the wire and goes back as a proposal."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, model_validator
 
 from stillroom.documents.missions import Position
 from stillroom.maps.geometry import Line
-from stillroom.maps.semantics import DividerKind, RestrictionKind
+from stillroom.maps.semantics import DividerKind, RestrictionKind, RoomKind
 from stillroom.pipeline import edits
 
 LineDocument = tuple[Position, Position]
 FeatureId = Annotated[str, Field(min_length=1, max_length=64)]
 Name = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f\x7f]*\S[^\x00-\x1f\x7f]*$")]
+Shape = Annotated[list[Position], Field(min_length=2, max_length=1000)]
 
 
 class _Operation(BaseModel):
@@ -53,13 +54,61 @@ class SetDividerKind(_Operation):
         return edits.SetDividerKind(self.id, self.kind)
 
 
-class RenameRoom(_Operation):
-    op: Literal["rename_room"]
+class AcceptMetaDivider(_Operation):
+    """A boundary that the service made to keep rooms apart becomes a divider of the owner's own."""
+
+    op: Literal["accept_meta_divider"]
     id: FeatureId
+
+    def as_operation(self) -> edits.Operation:
+        return edits.AcceptMetaDivider(self.id)
+
+
+class _OfRoom(_Operation):
+    """A room by its `id`, or the one that is `at` a point once the whole batch is applied: a part that the batch itself makes."""
+
+    id: FeatureId | None = None
+    at: Position | None = None
+
+    @model_validator(mode="after")
+    def _names_one_room(self) -> "_OfRoom":
+        if (self.id is None) == (self.at is None):
+            raise ValueError("a room is named by its id, or by a point at which it is")
+        return self
+
+    @property
+    def room(self) -> str | tuple[float, float]:
+        found = self.at if self.id is None else self.id
+        assert found is not None
+        return found
+
+
+class RenameRoom(_OfRoom):
+    op: Literal["rename_room"]
     name: Name
 
     def as_operation(self) -> edits.Operation:
-        return edits.RenameRoom(self.id, self.name.strip())
+        return edits.RenameRoom(self.room, self.name.strip())
+
+
+class SetRoomKind(_OfRoom):
+    """What the room is used for; null: nobody says."""
+
+    op: Literal["set_room_kind"]
+    kind: RoomKind | None
+
+    def as_operation(self) -> edits.Operation:
+        return edits.SetRoomKind(self.room, self.kind)
+
+
+class PinRoom(_OfRoom):
+    """A pinned room changes only when a person agrees."""
+
+    op: Literal["pin_room"]
+    pinned: bool = True
+
+    def as_operation(self) -> edits.Operation:
+        return edits.PinRoom(self.room, self.pinned)
 
 
 class MergeRooms(_Operation):
@@ -73,10 +122,21 @@ class MergeRooms(_Operation):
 class AddRestriction(_Operation):
     op: Literal["add_restriction"]
     kind: RestrictionKind
-    shape: Annotated[list[Position], Field(min_length=2, max_length=1000)]
+    shape: Shape
 
     def as_operation(self) -> edits.Operation:
         return edits.AddRestriction(self.kind, tuple(self.shape))
+
+
+class MoveRestriction(_Operation):
+    """Draws a restriction anew, under its old id."""
+
+    op: Literal["move_restriction"]
+    id: FeatureId
+    shape: Shape
+
+    def as_operation(self) -> edits.Operation:
+        return edits.MoveRestriction(self.id, tuple(self.shape))
 
 
 class RemoveRestriction(_Operation):
@@ -87,17 +147,58 @@ class RemoveRestriction(_Operation):
         return edits.RemoveRestriction(self.id)
 
 
+class MarkPhantom(_Operation):
+    """What lies in `shape` is not a real place, such as a mirror's image: it stays away in every later mission."""
+
+    op: Literal["mark_phantom"]
+    shape: Annotated[list[Position], Field(min_length=3, max_length=1000)]
+
+    def as_operation(self) -> edits.Operation:
+        return edits.MarkPhantom(tuple(self.shape))
+
+
+class RemovePhantom(_Operation):
+    op: Literal["remove_phantom"]
+    id: FeatureId
+
+    def as_operation(self) -> edits.Operation:
+        return edits.RemovePhantom(self.id)
+
+
 OperationDocument = Annotated[
     AddDivider
     | MoveDivider
     | RemoveDivider
     | SetDividerKind
+    | AcceptMetaDivider
     | RenameRoom
+    | SetRoomKind
+    | PinRoom
     | MergeRooms
     | AddRestriction
-    | RemoveRestriction,
+    | MoveRestriction
+    | RemoveRestriction
+    | MarkPhantom
+    | RemovePhantom,
     Field(discriminator="op"),
 ]
+_OPERATION: TypeAdapter[OperationDocument] = TypeAdapter(OperationDocument)
+_NAMES: dict[type[Any], str] = {
+    edits.AddDivider: "add_divider",
+    edits.MoveDivider: "move_divider",
+    edits.RemoveDivider: "remove_divider",
+    edits.SetDividerKind: "set_divider_kind",
+    edits.AcceptMetaDivider: "accept_meta_divider",
+    edits.RenameRoom: "rename_room",
+    edits.SetRoomKind: "set_room_kind",
+    edits.PinRoom: "pin_room",
+    edits.MergeRooms: "merge_rooms",
+    edits.AddRestriction: "add_restriction",
+    edits.MoveRestriction: "move_restriction",
+    edits.RemoveRestriction: "remove_restriction",
+    edits.MarkPhantom: "mark_phantom",
+    edits.RemovePhantom: "remove_phantom",
+}
 
 
 class EditRequest(BaseModel):
@@ -105,7 +206,16 @@ class EditRequest(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    operations: Annotated[list[OperationDocument], Field(min_length=1, max_length=500)]
+    operations: Annotated[list[OperationDocument], Field(min_length=1, max_length=edits.MOST_OPERATIONS)]
+
+
+def operation_document(operation: edits.Operation) -> OperationDocument:
+    """The operation as a caller would send it."""
+    values = dict(vars(operation))
+    room = values.pop("room", None)
+    if room is not None:
+        values["id" if isinstance(room, str) else "at"] = room
+    return _OPERATION.validate_python({"op": _NAMES[type(operation)]} | values)
 
 
 def _line(line: LineDocument) -> Line:

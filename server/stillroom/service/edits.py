@@ -1,23 +1,30 @@
-"""People change maps: edits, old versions brought back, names.
+"""People change maps: edits, edits taken back, old versions brought back.
 
 Nothing is held while it is computed: a change is made from a version, and committed only if that is still the one in force. A
 mission that is being processed meanwhile does the same, and is then carried over from the changed map.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 
 from stillroom.documents import api
+from stillroom.documents.operations import OperationDocument, operation_document
 from stillroom.documents.stored import decode_map
-from stillroom.errors import NotFound, StaleVersion
+from stillroom.errors import ChangedSince, InvalidEdit, NotFound, StaleVersion
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.edits import EditResult, Operation, apply_edits
+from stillroom.pipeline.edits.rebase import rebase
+from stillroom.pipeline.edits.undo import undo
 from stillroom.service.accounts import Principal, signature
-from stillroom.service.maps import as_document, document_fields, find_in_force, find_map, find_version, map_summary
+from stillroom.service.maps import as_document, document_fields, find_in_force, find_version
+from stillroom.service.steps import BY_PEOPLE, since
 from stillroom.service.versions import ids_of, new_version
 from stillroom.store import clock, events, lanes, maps
-from stillroom.store.database import Database
+from stillroom.store.database import Database, Transaction
 from stillroom.store.rows import MapRow, VersionHead, VersionRow
+
+ATTEMPTS = 5
+"""How often a change is made anew because the map changed meanwhile."""
 
 
 def edit_map(
@@ -28,39 +35,63 @@ def edit_map(
     expected: int,
     operations: Sequence[Operation],
     dry_run: bool,
-) -> api.EditedMap:
-    """All operations on version `expected` as one new version. Raises NotFound, StaleVersion, InvalidEdit.
+) -> api.EditedMap | api.EditPreview:
+    """All operations on version `expected` as one new version. Raises NotFound, InvalidEdit, and StaleVersion with the merge.
 
     Computed outside of any transaction; committed only if `expected` is still in force. A mission that is being processed
     meanwhile notices the same way, and is then carried over from the edited map.
     """
-    of, row = _expected(database, robot_id, map_name, expected)
-    result = apply_edits(decode_map(row.document, ids_of(of)), operations)
-    made_by = signature(caller)
+    of, row = find_version(database, robot_id, map_name)
+    if of.head != expected:
+        raise _stale(database, of, row, expected, operations, caller)
+    try:
+        result = apply_edits(decode_map(row.document, ids_of(of)), operations)
+    except InvalidEdit as refused:
+        raise _with_fixes(refused) from None
     if dry_run:
-        changed = {"number": row.number + 1, "parent": row.number, "cause": "edit", "made_by": made_by}
-        preview = VersionRow(**vars(row) | changed | {"created_at": datetime.now(UTC)})
-        return _edited(of, preview, result)
-    new = new_version(
-        result.map,
-        retired=result.retired,
-        parent=row.number,
-        cause="edit",
-        mission=row.mission,
-        made_by=made_by,
-        grid=row.grid,
-        frame_from=row.number,
-        motion=None,
-    )
-    with database.write() as tx:
-        lanes.lock(tx, of.id)
-        _check_in_force(maps.get(tx, of.id), expected)
-        now = clock.now(tx)
-        number = maps.add_version(tx, of.id, new, now)
-        events.add(tx, of, [("version", {"version": number, "cause": "edit"})], now)
-        made = maps.version_at(tx, of.id, number)
-    assert made is not None
+        return _preview(of, row, result, caller)
+    made = _commit(database, of, row, result, caller, "edit")
+    if made is None:
+        of, row = find_version(database, robot_id, map_name)
+        raise _stale(database, of, row, expected, operations, caller)
     return _edited(of, made, result)
+
+
+def undo_version(database: Database, caller: Principal, robot_id: str, map_name: str, number: int) -> api.EditedMap:
+    """What a person changed with version `number` as it was before, all else as it is now. Raises NotFound, ChangedSince.
+
+    While that version is in force this is the version before it once more; else it is worked out by feature.
+    """
+    for _ in range(ATTEMPTS):
+        of, current = find_version(database, robot_id, map_name)
+        with database.read() as tx:
+            edited = maps.version_at(tx, of.id, number)
+            before = None if edited is None or edited.parent is None else maps.version_at(tx, of.id, edited.parent)
+            if edited is None:
+                raise NotFound(f"The map {map_name} of {robot_id} has no version {number}.")
+            if before is None or edited.cause not in BY_PEOPLE:
+                raise ChangedSince(f"Version {number} was not made by a person; restore an older one instead.")
+            result = _taken_back(tx, of, before, edited, current)
+        in_force = edited.number == current.number
+        under = before if in_force else current
+        made = _commit(database, of, current, result, caller, "restore" if in_force else "edit", under)
+        if made is not None:
+            return _edited(of, made, result)
+    raise StaleVersion("The map changes too fast; try again.", current=of.head)
+
+
+def _taken_back(tx: Transaction, of: MapRow, before: VersionRow, edited: VersionRow, current: VersionRow) -> EditResult:
+    now = decode_map(current.document, ids_of(of))
+    if edited.number == current.number:
+        restored = decode_map(before.document, ids_of(of))
+        return EditResult(restored, _ended_by_restore(now, restored))
+    later = since(tx, of.id, edited.number, current.number)
+    if later is None or before.grid != edited.grid:
+        raise ChangedSince(f"Too much has changed since version {edited.number}; restore an older one instead.")
+    try:
+        return undo(decode_map(before.document), decode_map(edited.document), now, later.motion, later.touched)
+    except InvalidEdit as refused:
+        raise ChangedSince(refused.detail) from None
 
 
 def restore_version(
@@ -93,38 +124,107 @@ def restore_version(
     return as_document(of, made, restored)
 
 
-def change_settings(database: Database, robot_id: str, map_name: str, settings: api.MapSettings) -> api.MapSummary:
-    """Raises NotFound."""
-    values = {"title": settings.name and settings.name.strip(), "review": settings.review}
-    changed = {name: value for name, value in values.items() if value is not None}
+def _commit(
+    database: Database,
+    of: MapRow,
+    current: VersionRow,
+    result: EditResult,
+    caller: Principal,
+    cause: str,
+    under: VersionRow | None = None,
+) -> VersionHead | None:
+    """As a new version after `current`, on the grid of `under` (that of `current` itself); None where another is in force by now."""
+    grid = under or current
+    new = new_version(
+        result.map,
+        retired=result.retired,
+        parent=current.number,
+        cause=cause,
+        mission=grid.mission,
+        made_by=signature(caller),
+        grid=grid.grid,
+        frame_from=grid.number,
+        motion=None,
+    )
     with database.write() as tx:
-        of = find_map(tx, robot_id, map_name)
-        if changed:
-            maps.change_settings(tx, of.id, changed)
-            events.add(tx, of, [("settings", {})], clock.now(tx))
-        of = maps.get(tx, of.id)
-        return map_summary(of, maps.heads(tx, [of]).get(of.id))
+        lanes.lock(tx, of.id)
+        if maps.get(tx, of.id).head != current.number:
+            return None
+        now = clock.now(tx)
+        number = maps.add_version(tx, of.id, new, now)
+        events.add(tx, of, [("version", {"version": number, "cause": cause})], now)
+        return maps.version_head(tx, of.id, number)
 
 
-def _expected(database: Database, robot_id: str, map_name: str, expected: int) -> tuple[MapRow, VersionRow]:
-    of, row = find_version(database, robot_id, map_name)
-    _check_in_force(of, expected)
-    return of, row
+def _stale(
+    database: Database,
+    of: MapRow,
+    row: VersionRow,
+    expected: int,
+    operations: Sequence[Operation],
+    caller: Principal,
+) -> StaleVersion:
+    """The error of an edit that was made to another version than the one in force, with what the two come to together."""
+    with database.read() as tx:
+        base = maps.version_at(tx, of.id, expected)
+        between = None if base is None or expected > row.number else since(tx, of.id, expected, row.number)
+    preview: api.EditPreview | None = None
+    remaining: list[OperationDocument] = []
+    conflicts: list[api.MergeConflict] = []
+    if base is not None and between is not None:
+        current = decode_map(row.document, ids_of(of))
+        rebased = rebase(decode_map(base.document), current, operations, between.motion, between.touched)
+        conflicts = [api.MergeConflict.model_validate(vars(clash)) for clash in rebased.clashes]
+        remaining = [operation_document(operation) for operation in rebased.operations]
+        preview = None if rebased.result is None else _preview(of, row, rebased.result, caller)
+    return StaleVersion(
+        f"The map is at version {row.number}; the change was made to version {expected}.",
+        current=row.number,
+        mergeable=preview is not None,
+        merge_preview=preview,
+        merge_operations=remaining,
+        merge_conflicts=conflicts,
+    )
 
 
-def _check_in_force(of: MapRow, expected: int) -> None:
-    if of.head != expected:
-        raise StaleVersion(
-            f"The map is at version {of.head}; the change was made to version {expected}.", current=of.head
-        )
+def _preview(of: MapRow, row: VersionRow, result: EditResult, caller: Principal) -> api.EditPreview:
+    changed = {"number": row.number + 1, "parent": row.number, "cause": "edit", "made_by": signature(caller)}
+    preview = VersionRow(**vars(row) | changed | {"created_at": datetime.now(UTC)})
+    stored = document_fields(of, row, result.map)
+    # The grid is that of the version in force: a preview has no address of its own.
+    grid = {"grid": stored["grid"], "cells": stored["cells"]}
+    made = [api.MadeFeature(pointer=pointer, feature=feature) for pointer, feature in result.made.items()]
+    return api.EditPreview.model_validate(_fields(of, preview, result) | grid | {"made": made})
 
 
-def _ended_by_restore(current: SemanticMap, restored: SemanticMap) -> dict[str, str | None]:
+def _ended_by_restore(current: SemanticMap, restored: SemanticMap) -> Mapping[str, str | None]:
     """Rooms that the restored version does not have -> the room of it that they were split from, where they were."""
     living = {r.id for r in restored.rooms}
     return {r.id: r.derived_from if r.derived_from in living else None for r in current.rooms if r.id not in living}
 
 
+def _with_fixes(refused: InvalidEdit) -> InvalidEdit:
+    fixes = [
+        api.FixDocument(pointer=fix.pointer, title=fix.title, operation=operation_document(fix.operation))
+        for fix in refused.extra.get("fixes", ())  # type: ignore[attr-defined]
+    ]
+    return InvalidEdit(refused.detail, refused.faults, fixes=fixes)
+
+
 def _edited(of: MapRow, row: VersionHead, result: EditResult) -> api.EditedMap:
-    problems = [api.EditProblem.model_validate(vars(problem)) for problem in result.problems]
-    return api.EditedMap.model_validate(document_fields(of, row, result.map) | {"problems": problems})
+    return api.EditedMap.model_validate(_fields(of, row, result))
+
+
+def _fields(of: MapRow, row: VersionHead, result: EditResult) -> dict[str, object]:
+    problems = [
+        api.EditProblem(
+            code=p.code,
+            severity=p.severity,
+            feature=p.feature,
+            message=p.message,
+            fix=p.fix,
+            fix_operation=None if p.operation is None else operation_document(p.operation),
+        )
+        for p in result.problems
+    ]
+    return document_fields(of, row, result.map) | {"problems": problems}

@@ -37,6 +37,7 @@ def map_summary(of: MapRow, head: VersionHead | None) -> api.MapSummary:
             "name": of.title,
             "review": of.review,
             "version": of.head,
+            "pinned": of.pinned,
             "rooms": 0 if head is None else head.rooms,
             "updated_at": None if head is None else head.created_at,
             "url": map_url(of),
@@ -91,13 +92,12 @@ def list_versions(
     with database.read() as tx:
         of = find_map(tx, robot_id, map_name)
         rows, following = page_of(maps.versions_page(tx, of.id, cursor, limit + 1), limit, lambda row: str(row.number))
-    items = [
-        api.VersionListItem.model_validate(
-            _summary(of, row) | {"rooms": row.rooms, "url": f"{map_url(of)}/versions/{row.number}"}
-        )
-        for row in rows
-    ]
+    items = [api.VersionListItem.model_validate(version_item(of, row)) for row in rows]
     return api.Page(items=items, next=following)
+
+
+def version_item(of: MapRow, row: VersionHead) -> dict[str, object]:
+    return _summary(of, row) | {"rooms": row.rooms, "name": row.name, "url": f"{map_url(of)}/versions/{row.number}"}
 
 
 def find_room(database: Database, robot_id: str, map_name: str, room_id: str) -> RoomFeature | api.RetiredRoom:

@@ -98,6 +98,7 @@ def _document(of: MapRow, row: MissionRow, decision: api.DecisionDocument | None
             "succeeded_at": row.succeeded_at,
             "ablation": ablation,
             "base_version": row.base_version,
+            "left_with": said.base_version,
             "version": row.version,
             "algorithm": row.algorithm,
             "rooms": found.get("rooms", []),

@@ -46,8 +46,8 @@ def get_or_add(tx: Transaction, robot_id: str, name: str) -> MapRow:
     return made
 
 
-def change_settings(tx: Transaction, map_id: int, values: Mapping[str, str]) -> None:
-    """`title` and `review`."""
+def change_settings(tx: Transaction, map_id: int, values: Mapping[str, str | int | None]) -> None:
+    """`title`, `review` and `pinned`."""
     tx.execute(sa.update(map_).where(map_.c.id == map_id).values(**values))
 
 
@@ -121,6 +121,16 @@ def version_head(tx: Transaction, map_id: int, number: int) -> VersionHead | Non
 def version_at(tx: Transaction, map_id: int, number: int) -> VersionRow | None:
     query = _VERSION.where(version.c.map_id == map_id, version.c.number == number)
     return as_row_or_none(VersionRow, tx.execute(query).first())
+
+
+def name_version(tx: Transaction, map_id: int, number: int, name: str | None) -> None:
+    tx.execute(sa.update(version).where(version.c.map_id == map_id, version.c.number == number).values(name=name))
+
+
+def versions_after(tx: Transaction, map_id: int, number: int, limit: int) -> Sequence[VersionHead]:
+    """The oldest first."""
+    query = _HEAD.where(version.c.map_id == map_id, version.c.number > number)
+    return [as_row(VersionHead, row) for row in tx.execute(query.order_by(version.c.number).limit(limit))]
 
 
 def versions_page(tx: Transaction, map_id: int, before: int | None, limit: int) -> Sequence[VersionHead]:

@@ -30,6 +30,8 @@ class MapRow:
     sequence: int | None
     used_ids: Json
     created_at: datetime
+    pinned: int | None = None
+    """The version that it stays at until a person agrees to another."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,7 @@ class VersionHead:
     frame_from: int | None
     motion: Json | None
     rooms: int
+    name: str | None
 
 
 @dataclass(frozen=True)

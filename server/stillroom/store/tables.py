@@ -58,6 +58,7 @@ map_ = sa.Table(
     sa.Column("epoch", sa.BigInteger),  # of the newest mission that was processed
     sa.Column("sequence", sa.BigInteger),
     sa.Column("used_ids", sa.JSON, nullable=False),  # how many ids were given out, by kind
+    sa.Column("pinned", sa.Integer),  # number of the version that it stays at until a person agrees to another
     sa.Column("created_at", UtcDateTime, nullable=False),
     sa.UniqueConstraint("robot_id", "name"),
     sa.UniqueConstraint("robot_id", "ordinal"),
@@ -136,6 +137,7 @@ version = sa.Table(
     sa.Column("motion", sa.JSON(none_as_null=True)),  # from that frame to this one; null: the same frame
     sa.Column("rooms", sa.Integer, nullable=False),
     sa.Column("document", sa.JSON, nullable=False),
+    sa.Column("name", sa.String(100)),  # what people call it: the only thing of a version that may change
 )
 
 room = sa.Table(

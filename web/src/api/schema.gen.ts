@@ -169,6 +169,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/robots/{robot}/maps/{map}/pin": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Pin Map
+         * @description The map stays as it is, or as it was in a version; missions only propose.
+         */
+        put: operations["pin_map_api_v1_robots__robot__maps__map__pin_put"];
+        post?: never;
+        /**
+         * Unpin Map
+         * @description Missions change the map again.
+         */
+        delete: operations["unpin_map_api_v1_robots__robot__maps__map__pin_delete"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/robots/{robot}/maps/{map}/rooms/{room}": {
         parameters: {
             query?: never;
@@ -246,7 +270,11 @@ export interface paths {
         delete?: never;
         options?: never;
         head?: never;
-        patch?: never;
+        /**
+         * Name Version
+         * @description What people call it; nothing else of a version ever changes.
+         */
+        patch: operations["name_version_api_v1_robots__robot__maps__map__versions__version__patch"];
         trace?: never;
     };
     "/api/v1/robots/{robot}/maps/{map}/versions/{version}/cells.png": {
@@ -261,6 +289,26 @@ export interface paths {
          * @description What the occupancy pixels mean: 254 free, 0 occupied, 205 unexplored.
          */
         get: operations["show_cells_api_v1_robots__robot__maps__map__versions__version__cells_png_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/robots/{robot}/maps/{map}/versions/{version}/diff/{other}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Diff Versions
+         * @description What changed from one version to another, in words and numbers.
+         */
+        get: operations["diff_versions_api_v1_robots__robot__maps__map__versions__version__diff__other__get"];
         put?: never;
         post?: never;
         delete?: never;
@@ -323,6 +371,26 @@ export interface paths {
          * @description An old version again, as a new one.
          */
         post: operations["restore_version_api_v1_robots__robot__maps__map__versions__version__restore_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/robots/{robot}/maps/{map}/versions/{version}/undo": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Undo Version
+         * @description What a person changed with this version as it was before, and all else as it is now. To undo that version is to redo.
+         */
+        post: operations["undo_version_api_v1_robots__robot__maps__map__versions__version__undo_post"];
         delete?: never;
         options?: never;
         head?: never;
@@ -420,6 +488,19 @@ export interface components {
             /** Transfer */
             transfer: boolean;
         };
+        /**
+         * AcceptMetaDivider
+         * @description A boundary that the service made to keep rooms apart becomes a divider of the owner's own.
+         */
+        AcceptMetaDivider: {
+            /** Id */
+            id: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            op: "accept_meta_divider";
+        };
         /** AddDivider */
         AddDivider: {
             /**
@@ -488,6 +569,22 @@ export interface components {
             /** Share */
             share: number;
         };
+        /**
+         * ChangeDocument
+         * @description One thing that differs between two versions. `value`: metres or square metres, where it is measured.
+         */
+        ChangeDocument: {
+            /** Code */
+            code: string;
+            /** Feature */
+            feature: string;
+            /** Name */
+            name: string;
+            /** Text */
+            text: string;
+            /** Value */
+            value: number | null;
+        };
         /** ClutterFeature */
         ClutterFeature: {
             geometry: components["schemas"]["Polygon"];
@@ -551,6 +648,21 @@ export interface components {
             /** Version */
             version: number | null;
         };
+        /** DiffDocument */
+        DiffDocument: {
+            /** Changes */
+            changes: components["schemas"]["ChangeDocument"][];
+            /** From Version */
+            from_version: number;
+            /** Moved */
+            moved: [
+                number,
+                number,
+                number
+            ] | null;
+            /** To Version */
+            to_version: number;
+        };
         /** DividerFeature */
         DividerFeature: {
             geometry: components["schemas"]["LineString"];
@@ -586,6 +698,51 @@ export interface components {
             semantic: "divider";
         };
         /**
+         * EditPreview
+         * @description The map that an edit would make.
+         */
+        EditPreview: {
+            /**
+             * Cause
+             * @enum {string}
+             */
+            cause: "created" | "mission" | "edit" | "decision" | "restore" | "import";
+            /** Cells */
+            cells: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Features */
+            features: (components["schemas"]["RoomFeature"] | components["schemas"]["DividerFeature"] | components["schemas"]["WallFeature"] | components["schemas"]["ClutterFeature"] | components["schemas"]["MetaDividerFeature"] | components["schemas"]["MetaOccupancyFeature"] | components["schemas"]["RestrictionFeature"] | components["schemas"]["PhantomFeature"])[];
+            frame: components["schemas"]["Frame"];
+            /** Grid */
+            grid: string;
+            /** Made */
+            made: components["schemas"]["MadeFeature"][];
+            /** Made By */
+            made_by: string;
+            /** Map */
+            map: string;
+            /** Mission */
+            mission: string | null;
+            /** Parent */
+            parent: number | null;
+            /** Problems */
+            problems: components["schemas"]["EditProblem"][];
+            /** Robot */
+            robot: string;
+            /**
+             * Type
+             * @default FeatureCollection
+             * @constant
+             */
+            type: "FeatureCollection";
+            /** Version */
+            version: number;
+        };
+        /**
          * EditProblem
          * @description Something an edit causes that its author should see; `code` is stable.
          */
@@ -596,6 +753,11 @@ export interface components {
             feature: string | null;
             /** Fix */
             fix: string | null;
+            /**
+             * Fix Operation
+             * @default null
+             */
+            fix_operation: (components["schemas"]["AddDivider"] | components["schemas"]["MoveDivider"] | components["schemas"]["RemoveDivider"] | components["schemas"]["SetDividerKind"] | components["schemas"]["AcceptMetaDivider"] | components["schemas"]["RenameRoom"] | components["schemas"]["SetRoomKind"] | components["schemas"]["PinRoom"] | components["schemas"]["MergeRooms"] | components["schemas"]["AddRestriction"] | components["schemas"]["MoveRestriction"] | components["schemas"]["RemoveRestriction"] | components["schemas"]["MarkPhantom"] | components["schemas"]["RemovePhantom"]) | null;
             /** Message */
             message: string;
             /** Severity */
@@ -607,11 +769,11 @@ export interface components {
          */
         EditRequest: {
             /** Operations */
-            operations: (components["schemas"]["AddDivider"] | components["schemas"]["MoveDivider"] | components["schemas"]["RemoveDivider"] | components["schemas"]["SetDividerKind"] | components["schemas"]["RenameRoom"] | components["schemas"]["MergeRooms"] | components["schemas"]["AddRestriction"] | components["schemas"]["RemoveRestriction"])[];
+            operations: (components["schemas"]["AddDivider"] | components["schemas"]["MoveDivider"] | components["schemas"]["RemoveDivider"] | components["schemas"]["SetDividerKind"] | components["schemas"]["AcceptMetaDivider"] | components["schemas"]["RenameRoom"] | components["schemas"]["SetRoomKind"] | components["schemas"]["PinRoom"] | components["schemas"]["MergeRooms"] | components["schemas"]["AddRestriction"] | components["schemas"]["MoveRestriction"] | components["schemas"]["RemoveRestriction"] | components["schemas"]["MarkPhantom"] | components["schemas"]["RemovePhantom"])[];
         };
         /**
          * EditedMap
-         * @description The map that an edit made, or with `dry_run` would make.
+         * @description The map that an edit made.
          */
         EditedMap: {
             /**
@@ -627,7 +789,7 @@ export interface components {
              */
             created_at: string;
             /** Features */
-            features: (components["schemas"]["RoomFeature"] | components["schemas"]["DividerFeature"] | components["schemas"]["WallFeature"] | components["schemas"]["ClutterFeature"] | components["schemas"]["MetaDividerFeature"] | components["schemas"]["MetaOccupancyFeature"] | components["schemas"]["RestrictionFeature"])[];
+            features: (components["schemas"]["RoomFeature"] | components["schemas"]["DividerFeature"] | components["schemas"]["WallFeature"] | components["schemas"]["ClutterFeature"] | components["schemas"]["MetaDividerFeature"] | components["schemas"]["MetaOccupancyFeature"] | components["schemas"]["RestrictionFeature"] | components["schemas"]["PhantomFeature"])[];
             frame: components["schemas"]["Frame"];
             /** Grid */
             grid: string;
@@ -700,6 +862,18 @@ export interface components {
             /** Pointer */
             pointer: string;
         };
+        /**
+         * FixDocument
+         * @description What would mend an edit that was refused: the operation to put at `pointer`, or to add where that is "/operations".
+         */
+        FixDocument: {
+            /** Operation */
+            operation: components["schemas"]["AddDivider"] | components["schemas"]["MoveDivider"] | components["schemas"]["RemoveDivider"] | components["schemas"]["SetDividerKind"] | components["schemas"]["AcceptMetaDivider"] | components["schemas"]["RenameRoom"] | components["schemas"]["SetRoomKind"] | components["schemas"]["PinRoom"] | components["schemas"]["MergeRooms"] | components["schemas"]["AddRestriction"] | components["schemas"]["MoveRestriction"] | components["schemas"]["RemoveRestriction"] | components["schemas"]["MarkPhantom"] | components["schemas"]["RemovePhantom"];
+            /** Pointer */
+            pointer: string;
+            /** Title */
+            title: string;
+        };
         /** Frame */
         Frame: {
             /** Height */
@@ -745,6 +919,16 @@ export interface components {
             type: "LineString";
         };
         /**
+         * MadeFeature
+         * @description What an operation of the batch made.
+         */
+        MadeFeature: {
+            /** Feature */
+            feature: string;
+            /** Pointer */
+            pointer: string;
+        };
+        /**
          * MapDocument
          * @description A version of a map as GeoJSON in local metres.
          */
@@ -762,7 +946,7 @@ export interface components {
              */
             created_at: string;
             /** Features */
-            features: (components["schemas"]["RoomFeature"] | components["schemas"]["DividerFeature"] | components["schemas"]["WallFeature"] | components["schemas"]["ClutterFeature"] | components["schemas"]["MetaDividerFeature"] | components["schemas"]["MetaOccupancyFeature"] | components["schemas"]["RestrictionFeature"])[];
+            features: (components["schemas"]["RoomFeature"] | components["schemas"]["DividerFeature"] | components["schemas"]["WallFeature"] | components["schemas"]["ClutterFeature"] | components["schemas"]["MetaDividerFeature"] | components["schemas"]["MetaOccupancyFeature"] | components["schemas"]["RestrictionFeature"] | components["schemas"]["PhantomFeature"])[];
             frame: components["schemas"]["Frame"];
             /** Grid */
             grid: string;
@@ -798,6 +982,8 @@ export interface components {
             map: string;
             /** Name */
             name: string;
+            /** Pinned */
+            pinned: number | null;
             /**
              * Review
              * @enum {string}
@@ -811,6 +997,34 @@ export interface components {
             url: string;
             /** Version */
             version: number | null;
+        };
+        /**
+         * MarkPhantom
+         * @description What lies in `shape` is not a real place, such as a mirror's image: it stays away in every later mission.
+         */
+        MarkPhantom: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            op: "mark_phantom";
+            /** Shape */
+            shape: [
+                number,
+                number
+            ][];
+        };
+        /**
+         * MergeConflict
+         * @description An operation that somebody else's change speaks against.
+         */
+        MergeConflict: {
+            /** Detail */
+            detail: string;
+            /** Feature */
+            feature: string | null;
+            /** Pointer */
+            pointer: string;
         };
         /** MergeRooms */
         MergeRooms: {
@@ -899,6 +1113,8 @@ export interface components {
             grid: string;
             /** Id */
             id: string;
+            /** Left With */
+            left_with: number | null;
             /** Map */
             map: string;
             /** Outcome */
@@ -1039,6 +1255,24 @@ export interface components {
              */
             op: "move_divider";
         };
+        /**
+         * MoveRestriction
+         * @description Draws a restriction anew, under its old id.
+         */
+        MoveRestriction: {
+            /** Id */
+            id: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            op: "move_restriction";
+            /** Shape */
+            shape: [
+                number,
+                number
+            ][];
+        };
         /** NewRobot */
         NewRobot: {
             /** Id */
@@ -1068,6 +1302,65 @@ export interface components {
             items: components["schemas"]["VersionListItem"][];
             /** Next */
             next: string | null;
+        };
+        /**
+         * PhantomFeature
+         * @description Space that is not a real place: no floor in this or any later mission.
+         */
+        PhantomFeature: {
+            geometry: components["schemas"]["Polygon"];
+            /** Id */
+            id: string;
+            properties: components["schemas"]["PhantomProperties"];
+            /**
+             * Type
+             * @default Feature
+             * @constant
+             */
+            type: "Feature";
+        };
+        /** PhantomProperties */
+        PhantomProperties: {
+            /**
+             * Semantic
+             * @default phantom
+             * @constant
+             */
+            semantic: "phantom";
+        };
+        /** PinRequest */
+        PinRequest: {
+            /** Version */
+            version?: number | null;
+        };
+        /**
+         * PinRoom
+         * @description A pinned room changes only when a person agrees.
+         */
+        PinRoom: {
+            /**
+             * At
+             * @default null
+             */
+            at: [
+                number,
+                number
+            ] | null;
+            /**
+             * Id
+             * @default null
+             */
+            id: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            op: "pin_room";
+            /**
+             * Pinned
+             * @default true
+             */
+            pinned: boolean;
         };
         /** Placement */
         Placement: {
@@ -1108,6 +1401,31 @@ export interface components {
         } & {
             [key: string]: unknown;
         };
+        /**
+         * RefusedEdit
+         * @description `fixes`: what would mend it, where that can be told.
+         */
+        RefusedEdit: {
+            /** Detail */
+            detail: string;
+            /** Errors */
+            errors: components["schemas"]["FaultDocument"][];
+            /**
+             * Fixes
+             * @default []
+             */
+            fixes: components["schemas"]["FixDocument"][];
+            /** Retryable */
+            retryable: boolean;
+            /** Status */
+            status: number;
+            /** Title */
+            title: string;
+            /** Type */
+            type: string;
+        } & {
+            [key: string]: unknown;
+        };
         /** RemoveDivider */
         RemoveDivider: {
             /** Id */
@@ -1117,6 +1435,16 @@ export interface components {
              * @enum {string}
              */
             op: "remove_divider";
+        };
+        /** RemovePhantom */
+        RemovePhantom: {
+            /** Id */
+            id: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            op: "remove_phantom";
         };
         /** RemoveRestriction */
         RemoveRestriction: {
@@ -1130,8 +1458,19 @@ export interface components {
         };
         /** RenameRoom */
         RenameRoom: {
-            /** Id */
-            id: string;
+            /**
+             * At
+             * @default null
+             */
+            at: [
+                number,
+                number
+            ] | null;
+            /**
+             * Id
+             * @default null
+             */
+            id: string | null;
             /** Name */
             name: string;
             /**
@@ -1223,6 +1562,8 @@ export interface components {
             area: number;
             /** Derived From */
             derived_from: string | null;
+            /** Kind */
+            kind: ("kitchen" | "dining_room" | "living_room" | "bedroom" | "children_room" | "bathroom" | "toilet" | "hall" | "office" | "utility_room" | "storage" | "garage" | "balcony" | "other") | null;
             /** Last Visited */
             last_visited: string | null;
             /**
@@ -1282,6 +1623,62 @@ export interface components {
              */
             op: "set_divider_kind";
         };
+        /**
+         * SetRoomKind
+         * @description What the room is used for; null: nobody says.
+         */
+        SetRoomKind: {
+            /**
+             * At
+             * @default null
+             */
+            at: [
+                number,
+                number
+            ] | null;
+            /**
+             * Id
+             * @default null
+             */
+            id: string | null;
+            /** Kind */
+            kind: ("kitchen" | "dining_room" | "living_room" | "bedroom" | "children_room" | "bathroom" | "toilet" | "hall" | "office" | "utility_room" | "storage" | "garage" | "balcony" | "other") | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            op: "set_room_kind";
+        };
+        /**
+         * StaleEdit
+         * @description `current` is in force. Where `mergeable`, the edit still applies to it: `merge_operations` are what to send with
+         *     `If-Match: "v{current}"`, `merge_preview` is what they come to.
+         */
+        StaleEdit: {
+            /** Current */
+            current: number;
+            /** Detail */
+            detail: string;
+            /** Errors */
+            errors: components["schemas"]["FaultDocument"][];
+            /** Merge Conflicts */
+            merge_conflicts: components["schemas"]["MergeConflict"][];
+            /** Merge Operations */
+            merge_operations: (components["schemas"]["AddDivider"] | components["schemas"]["MoveDivider"] | components["schemas"]["RemoveDivider"] | components["schemas"]["SetDividerKind"] | components["schemas"]["AcceptMetaDivider"] | components["schemas"]["RenameRoom"] | components["schemas"]["SetRoomKind"] | components["schemas"]["PinRoom"] | components["schemas"]["MergeRooms"] | components["schemas"]["AddRestriction"] | components["schemas"]["MoveRestriction"] | components["schemas"]["RemoveRestriction"] | components["schemas"]["MarkPhantom"] | components["schemas"]["RemovePhantom"])[];
+            merge_preview: components["schemas"]["EditPreview"] | null;
+            /** Mergeable */
+            mergeable: boolean;
+            /** Retryable */
+            retryable: boolean;
+            /** Status */
+            status: number;
+            /** Title */
+            title: string;
+            /** Type */
+            type: string;
+        } & {
+            [key: string]: unknown;
+        };
         /** SubmapDocument */
         SubmapDocument: {
             /** From */
@@ -1337,6 +1734,11 @@ export interface components {
                 number
             ] | null;
         };
+        /** VersionChange */
+        VersionChange: {
+            /** Name */
+            name: string | null;
+        };
         /** VersionListItem */
         VersionListItem: {
             /**
@@ -1355,6 +1757,8 @@ export interface components {
             map: string;
             /** Mission */
             mission: string | null;
+            /** Name */
+            name: string | null;
             /** Parent */
             parent: number | null;
             /** Robot */
@@ -1595,7 +1999,28 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["EditedMap"];
+                    "application/json": components["schemas"]["EditedMap"] | components["schemas"]["EditPreview"];
+                };
+            };
+            /**
+             * @description `current` is in force. Where `mergeable`, the edit still applies to it: `merge_operations` are what to send with
+             *         `If-Match: "v{current}"`, `merge_preview` is what they come to.
+             */
+            412: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["StaleEdit"];
+                };
+            };
+            /** @description `fixes`: what would mend it, where that can be told. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["RefusedEdit"];
                 };
             };
             /** @description Any error */
@@ -1825,6 +2250,74 @@ export interface operations {
             };
         };
     };
+    pin_map_api_v1_robots__robot__maps__map__pin_put: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["PinRequest"] | null;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapSummary"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    unpin_map_api_v1_robots__robot__maps__map__pin_delete: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapSummary"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     show_room_api_v1_robots__robot__maps__map__rooms__room__get: {
         parameters: {
             query?: never;
@@ -1958,6 +2451,43 @@ export interface operations {
             };
         };
     };
+    name_version_api_v1_robots__robot__maps__map__versions__version__patch: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                version: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["VersionChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["VersionListItem"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     show_cells_api_v1_robots__robot__maps__map__versions__version__cells_png_get: {
         parameters: {
             query?: never;
@@ -1978,6 +2508,40 @@ export interface operations {
                 };
                 content: {
                     "image/png": string;
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    diff_versions_api_v1_robots__robot__maps__map__versions__version__diff__other__get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                version: number;
+                other: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DiffDocument"];
                 };
             };
             /** @description Any error */
@@ -2082,6 +2646,39 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["MapDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    undo_version_api_v1_robots__robot__maps__map__versions__version__undo_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                version: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EditedMap"];
                 };
             };
             /** @description Any error */

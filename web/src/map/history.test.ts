@@ -14,6 +14,7 @@ function version(number: number, minute: number, cause: Version["cause"], missio
     made_by: "operator",
     created_at: at(minute),
     rooms: 2,
+    name: null,
     url: "",
   };
 }
@@ -30,6 +31,7 @@ function mission(id: string, minute: number, outcome: Mission["outcome"]): Missi
     succeeded_at: null,
     ablation: null,
     base_version: null,
+    left_with: null,
     version: null,
     algorithm: null,
     rooms: [],
