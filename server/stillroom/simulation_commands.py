@@ -17,7 +17,11 @@ def add_commands(commands: Any) -> None:
     )
     benchmark.add_argument("--robots", type=count, default=25, metavar="N", help="for each seed (default: %(default)s)")
     benchmark.add_argument(
-        "--missions", type=count, default=17, metavar="N", help="of each robot (default: %(default)s)"
+        "--missions",
+        type=count,
+        default=17,
+        metavar="N",
+        help="of each robot, after the first, which makes its map (default: %(default)s)",
     )
     benchmark.add_argument(
         "--seeds", type=_seeds, default=(1,), metavar="N|LIST", help="how many, or which: 3,7 or 5-9 (default: 1)"
@@ -31,6 +35,11 @@ def add_commands(commands: Any) -> None:
     benchmark.add_argument("--processes", type=count, default=2, metavar="N", help="(default: %(default)s)")
     benchmark.add_argument("--out", type=Path, metavar="FILE", help="write a line of JSON for each mission")
     benchmark.add_argument("--pictures", type=Path, metavar="DIR", help="save a picture of each error there")
+    benchmark.add_argument(
+        "--row",
+        choices=("transfer", "meta_occupancy", "meta_dividers"),
+        help="also pictures of what this much of the system does not carry",
+    )
     benchmark.add_argument(
         "--cache", type=Path, metavar="DIR", help="of simulated missions (default: the user's cache)"
     )
@@ -77,6 +86,7 @@ def _benchmark(options: argparse.Namespace) -> int:
         processes=options.processes,
         cache=options.cache or default_folder(),
         pictures=options.pictures,
+        row=options.row,
     )
     records = run(benchmark, _progress)
     if options.out is not None:

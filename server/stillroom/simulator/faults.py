@@ -18,7 +18,7 @@ from stillroom.simulator.openings import edges, outward
 from stillroom.simulator.sensing import fill_ring
 
 LONG_GAP_M = 0.5
-"""A robot's first map is of several runs: it has no longer gaps than this."""
+"""A robot's first map is of several runs: it has no longer gaps than this, and none that leak."""
 _LEAK = 0.5
 """Share of the gaps that the robot takes for floor; the others stay unexplored."""
 _LEAK_M = (0.15, 0.40)
@@ -58,7 +58,7 @@ def draw_gaps(home: Home, mission: int, effects: Effects, rng: Generator) -> tup
         if mission == 0:
             length = min(length, LONG_GAP_M)
         middle = at - float(lengths[:which].sum())
-        leaks = leak < _LEAK
+        leaks = leak < _LEAK and mission > 0
         beyond = _LEAK_M[0] + depth * (_LEAK_M[1] - _LEAK_M[0]) if leaks else _FACE_M
         gaps.append(Gap(_strip(walls[which], middle, length, beyond), length, leaks))
     return tuple(gaps)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import cv2
 import numpy as np
 
 from stillroom.documents.images import UNKNOWN_GREY, encode_png
@@ -19,6 +20,8 @@ from stillroom.simulator.homes import Home
 from stillroom.simulator.mapping import Sensed, sense
 from stillroom.simulator.tracking import form_of, track_map
 
+_SLIVER_CELLS = 6
+"""What was seen is wider than this: 15 cm."""
 _OTHER = 1_000_003
 """From a home's seed to that of the other floor."""
 
@@ -32,7 +35,7 @@ class Sortie:
     distortion: Distortion
     sensed: Sensed
     explored: Mask
-    """Cells of the floor where the robot has been in all its missions so far, but for what stands there now."""
+    """Cells of the floor where the robot has been in all its missions so far, but for what stands there now, and slivers."""
     happened: frozenset[str] = frozenset()
     """What came in it, by the names of EFFECTS."""
 
@@ -69,7 +72,7 @@ class SimulatedRobot:
             sensed = replace(sensed, grid=self._other_floor(number), seen=np.zeros_like(sensed.seen))
             happened = frozenset({"other_floors"})
         self._seen = sensed.seen if self._seen is None else self._seen | sensed.seen
-        return Sortie(number, world, bent, sensed, self._seen & ~sensed.floor.solid, happened)
+        return Sortie(number, world, bent, sensed, _wide(self._seen & ~sensed.floor.solid), happened)
 
     def distortion(self, number: int) -> Distortion:
         if number not in self._distortions:
@@ -131,3 +134,9 @@ class SimulatedRobot:
             home = home_during(home, step, self.effects, self.streams)
         self._standing = (number, home)
         return home
+
+
+def _wide(seen: Mask) -> Mask:
+    """Without slivers that no robot's map holds: what it saw past the edge of a cupboard."""
+    kernel = np.ones((_SLIVER_CELLS, _SLIVER_CELLS), np.uint8)
+    return np.asarray(cv2.morphologyEx(seen.view(np.uint8), cv2.MORPH_OPEN, kernel) > 0)

@@ -49,7 +49,7 @@ def failure(
 
 def save(picture: Image, record: Record, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    kind = "silent" if record.silent else "error"
+    kind = "silent" if record.silent else "error" if record.error else str(record.succeeded_at)
     name = f"seed{record.seed}-robot{record.robot:02}-mission{record.mission:02}-{kind}.png"
     (folder / name).write_bytes(encode(picture))
 

@@ -24,17 +24,21 @@ class Figure:
 
 
 def report(records: Sequence[Record], told: Told) -> None:
-    """Tells the whole table, then each effect's missions."""
+    """Tells the whole table, then each effect's missions. A robot's first mission makes its map: it is no update."""
+    records = [record for record in records if record.mission > 0]
+    if not records:
+        told("No updates.")
+        return
     robots = len({(record.seed, record.robot) for record in records})
-    told(f"{len(records)} missions of {robots} robots; 95 % intervals by robot (cluster bootstrap)\n")
+    told(f"{len(records)} updates by {robots} robots; 95 % intervals by robot (cluster bootstrap)\n")
     rows = [(name, figure) for name, figure in summary(records)]
     for name, figure in rows:
         told(f"{name:<34}{100 * figure.value:7.2f} %   [{100 * figure.low:.2f}, {100 * figure.high:.2f}]")
-    core = np.array([record.core_ms for record in records if record.mission])
+    core = np.array([record.core_ms for record in records])
     if len(core):
         told(f"{'core, ms':<34}{np.percentile(core, 50):7.1f} p50{np.percentile(core, 99):9.1f} p99")
     told(
-        f"\n{'missions in which':<26}{'count':>7}{'transfer':>10}{'+ occup.':>10}{'+ divid.':>10}{'final':>9}{'silent':>9}"
+        f"\n{'updates in which':<26}{'count':>7}{'transfer':>10}{'+ occup.':>10}{'+ divid.':>10}{'final':>9}{'silent':>9}"
     )
     for effect in sorted({effect for record in records for effect in record.effects}):
         of_it = [record for record in records if effect in record.effects]

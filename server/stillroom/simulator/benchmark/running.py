@@ -8,6 +8,7 @@ from pathlib import Path
 
 import cv2
 
+from stillroom.pipeline.update import Row
 from stillroom.simulator.benchmark.judging import Record
 from stillroom.simulator.benchmark.trial import Household, Trial
 from stillroom.simulator.effects import Effects
@@ -22,10 +23,11 @@ class Benchmark:
     processes: int = 2
     cache: Path | None = None
     pictures: Path | None = None
+    row: Row | None = None
 
     def trials(self) -> list[Trial]:
         return [
-            Trial(seed, robot, self.missions, self.effects, self.cache, self.pictures)
+            Trial(seed, robot, self.missions, self.effects, self.cache, self.pictures, self.row)
             for seed in self.seeds
             for robot in self.robots
         ]

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stillroom.documents.pictures import Image
+from stillroom.pipeline.update import Row
 from stillroom.simulator.benchmark.failure_pictures import failure, save
 from stillroom.simulator.benchmark.judging import Record, lost_and_wrong, meta_share
 from stillroom.simulator.benchmark.memory import Answer, MemoryService, Version
@@ -24,11 +25,14 @@ class Trial:
     seed: int
     robot: int
     missions: int
+    """After the first, which makes the map."""
     effects: Effects
     cache: Path | None
     """A folder of sorties that were simulated before."""
     pictures: Path | None = None
-    """A folder for a picture of each error."""
+    """A folder for a picture of each error,"""
+    row: Row | None = None
+    """and of each mission that this much of the system did not carry."""
 
 
 class Household:
@@ -41,7 +45,7 @@ class Household:
         self.robot = SimulatedRobot(home_of(streams, effects), streams, effects, resolution)
         self.trial = trial
         self.service = MemoryService()
-        self.sorties = sorties_of(self.robot, trial.missions, trial.cache)
+        self.sorties = sorties_of(self.robot, trial.missions + 1, trial.cache)
         self.named: set[str] = set()
         """The true rooms that the owner has named so far."""
         self._known: frozenset[str] = frozenset()
@@ -56,7 +60,7 @@ class Household:
             known = document
             answer = self.service.process(sortie.number, sortie.sensed.grid, self.robot.meta(sortie, base))
             record = self._record(sortie, answer, happened)
-            if self.trial.pictures is not None and record.error and before is not None:
+            if self.trial.pictures is not None and before is not None and self._is_shown(record):
                 save(self._picture(record, before, sortie, answer), record, self.trial.pictures)
             yield record
             self._settle_in(sortie)
@@ -103,6 +107,10 @@ class Household:
             round(1000 * answer.seconds, 2),
             answer.reason,
         )
+
+    def _is_shown(self, record: Record) -> bool:
+        row = self.trial.row
+        return record.error or (row is not None and record.refuse is None and not getattr(record, row))
 
     def _picture(self, record: Record, before: Version, sortie: Sortie, answer: Answer) -> Image:
         update, after = answer.update, self.service.in_force
