@@ -74,7 +74,7 @@ def _add_segment(commands: Any) -> None:
     segment.add_argument(
         "--resolution", type=positive, metavar="M", help="metres a cell, where the file does not say (default: 0.05)"
     )
-    segment.add_argument("--sensitivity", type=float, metavar="S", help="higher: more rooms (default: 0.5)")
+    segment.add_argument("--sensitivity", type=float, metavar="S", help="higher: more rooms (default: 0)")
 
 
 def _upload(options: argparse.Namespace) -> int:

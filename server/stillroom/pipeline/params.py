@@ -30,20 +30,20 @@ class Params:
     """Clutter smaller than this is floor, but not worth a feature."""
 
     # -- automatic dividers (creation, discovery) --
-    divider_length_m: tuple[float, float] = (0.25, 2.8)
+    divider_length_m: tuple[float, float] = (0.10, 3.5)
     corner_turn_deg: float = 25.0
     """A wall corner that sticks into the floor turns at least this much."""
     divider_clearance: float = 0.25
     """Clearance at a divider's middle, as a share of its length: less, and it hugs a wall."""
-    divider_directions: int = 4
-    """At most this many dividers are tried from one corner, and they differ by more than 32 degrees."""
     wall_support_m: float = 1.2
     """Counted length of the wall that goes on straight beyond a divider's end."""
     wall_support_slack_m: float = 0.16
-    divider_sensitivity: float = 0.5
-    """Higher: more dividers, more rooms."""
+    divider_sensitivity: float = 0.0
+    """Higher: more dividers, more rooms; -1 and 1 are noticeably less and more."""
+    divided_room_m2: float = 1.0
+    """What a divider parts off is a room from this area on."""
     room_area_m2: float = 1.8
-    """Smaller spaces belong to a neighbour."""
+    """Other spaces that are smaller belong to a neighbour."""
     pocket_area_m2: float = 0.7
     """Spaces that no divider reaches and that are smaller than this are no rooms."""
 

@@ -1,310 +1,254 @@
-"""Automatic dividers: straight cuts from wall corners across doorways and narrowings, kept where joining both sides would be no room.
+"""Automatic dividers: of all likely cuts across the floor those that part rooms.
 
-Corners that stick into the floor are the doorposts; a cut is good where it is short, where walls go on straight beyond its ends, and where
-the floor widens on both sides. The score is linear; its weights were fitted by logistic regression on the floor plans of Bormann et al.
-(ICRA 2016) and say in what order pieces of floor are joined until only rooms are left.
+The likely cuts part the floor into pieces, many too many. Pieces are joined across a cut where little speaks for a border: where no wall
+parts them beyond the cut's ends, and where they are no wider than the cut is long. What remains between joined pieces are the dividers.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 import shapely
-from shapely import MultiPolygon, Polygon
+from shapely import MultiPolygon
 
 from stillroom.maps.geometry import Line, Points, as_line
 from stillroom.maps.grid import GridFrame, Mask, look_up
+from stillroom.pipeline.cuts import Cuts, Indices, Numbers, Outline, likely_cuts, outline_of, possible_cuts
 from stillroom.pipeline.dividers import centre
 from stillroom.pipeline.params import Params
-from stillroom.pipeline.rooms import partition, rooms_beside
-
-Numbers = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
-Flags = npt.NDArray[np.bool_]
 
 WEIGHTS = {
-    "constant": -0.953,
-    "length": 1.257,
-    "support": -1.662,
-    "weaker_support": -0.530,
-    "narrow_side": 1.621,
-    "wide_side": 1.680,
-    "two_corners": -0.772,
+    "constant": 4.5,
+    "support": -0.85,
+    "wall_between": -4.12,
+    "two_corners": -1.43,
+    "narrow_side": 3.3,
+    "wide_side": 2.72,
 }
-"""How much each property of a cut speaks for joining both sides."""
-SIZE_WEIGHT, SIZE_UNIT_M2 = 0.3, 6.0
-"""Large pieces need more evidence to be joined."""
-HOLLOW_WEIGHT = 0.5
-"""And so does a union that is not convex."""
-SIGHT_SAMPLES = 20
-DIRECTIONS_APART = 0.85
-"""Cosine of the smallest angle between two cuts from one corner (32 degrees)."""
-SAME_END_M = 0.2
-SUPPORT_CREDIT = 0.25
-"""Metres by which a metre of wall support outweighs length when cuts are chosen."""
-WALK = 6
-"""Outline edges followed beyond a cut's end."""
+"""How much each property of a cut speaks for joining both sides (log odds)."""
+FORCED = 100.0
+"""Speaks for joining a piece that is too small to be a room."""
+STEP_M, STEPS = 0.1, 20
+"""Walls beyond a cut's end are followed along the outline in such steps."""
+THICKEST_WALL_M = 0.45
+FEWEST_LOOKS = 2
+"""Looks at labels so near to a cut's end don't tell on which side they are."""
+DISC = np.array(
+    [(r * np.cos(t), r * np.sin(t)) for r in (np.arange(8) + 0.5) / 8 for t in np.radians(np.linspace(-80, 80, 9))]
+)
+"""Places (n, 2) in the unit half disc before a cut, along its normal and along itself."""
+SUBPIXEL = 4
+"""Binary digits that OpenCV keeps of a coordinate when it draws."""
+BESIDE = np.linspace(0.2, 0.8, 7)
 
-
-@dataclass(frozen=True, eq=False)
-class _Outline:
-    """All rings' vertices in metres (n, 2): `after` and `before` index the neighbours on the ring, `corner` marks those that stick into the floor."""
-
-    points: Points
-    after: Indices
-    before: Indices
-    corner: Flags
-
-
-@dataclass(frozen=True, eq=False)
-class _Cuts:
-    """Candidate dividers from `a` to `b` (n, 2), metres; `support` (n, 2) is the length of straight wall beyond each end."""
-
-    a: Points
-    b: Points
-    support: Numbers
-    two_corners: Flags
-
-    @property
-    def length(self) -> Numbers:
-        return np.asarray(np.linalg.norm(self.b - self.a, axis=1))
-
-    def take(self, index: Indices | Flags) -> "_Cuts":
-        return _Cuts(self.a[index], self.b[index], self.support[index], self.two_corners[index])
+Labels = npt.NDArray[np.int32]
 
 
 def propose_dividers(floor: MultiPolygon, mask: Mask, frame: GridFrame, params: Params) -> tuple[Line, ...]:
     """Dividers, in metres, that cut `floor` into rooms. `mask` is the same floor as cells."""
-    clearance = cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, 5) * np.float32(frame.resolution)
     if floor.is_empty:
         return ()
-    chosen = _choose(_candidates(_vertices(floor, params), mask, clearance, frame, params))
-    lines = [as_line(np.round(np.stack([a, b]), 3)) for a, b in zip(chosen.a, chosen.b, strict=True)]
-    pieces = partition(floor, lines)
-    sides = rooms_beside(lines, pieces)
-    real = [k for k, side in enumerate(sides) if len(side) >= 2]
-    scores = _join_scores(chosen.take(np.array(real, dtype=np.int64)), mask, clearance, frame, params)
-    group = _join(
-        pieces, {k: (sides[k][0], sides[k][1]) for k in real}, dict(zip(real, scores.tolist(), strict=True)), params
-    )
-    kept = [lines[k] for k in real if len({group[side] for side in sides[k]}) > 1]
-    return tuple({frozenset(line): line for line in (centre(line, floor) for line in kept)}.values())
+    pieces = over_segment(floor, mask, frame, params)
+    groups = join_pieces(pieces, params)
+    parting = groups[pieces.sides[:, 0]] != groups[pieces.sides[:, 1]]
+    ends = np.round(np.stack([pieces.cuts.a, pieces.cuts.b], 1), 3)[parting]
+    lines = [centre(as_line(line), floor) for line in ends]
+    return tuple({frozenset(line): line for line in lines}.values())
 
 
-def _vertices(floor: MultiPolygon, params: Params) -> _Outline:
-    rings = [ring for polygon in floor.geoms for ring in (polygon.exterior, *polygon.interiors)]
-    loops = [shapely.get_coordinates(ring)[:-1] for ring in rings]
-    offsets = np.cumsum([0, *map(len, loops)])
-    points = np.concatenate(loops)
-    after, before = np.arange(1, len(points) + 1), np.arange(-1, len(points) - 1)
-    after[offsets[1:] - 1], before[offsets[:-1]] = offsets[:-1], offsets[1:] - 1
-    into, out = points - points[before], points[after] - points
-    turn = np.degrees(np.arctan2(into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0], (into * out).sum(1)))
-    return _Outline(points, after, before, turn < -params.corner_turn_deg)
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """The floor parted by likely cuts. `labels`: (height, width), the piece of each cell, 0 for none; every cut has two different ones on its
+    `sides`: (n, 2), left and right. `area` of each piece in square metres.
 
+    `disc_pieces`, `disc_clearance`: (n, 2, places), piece and clearance (metres) at places of the half discs on both sides of each cut.
+    `wall_pieces`, `wall_reach`: (n, 2 ends, 2 sides, steps), the outline followed from each end along the border of each side: the piece there
+    and how far beyond the end it is, along the cut's own line (metres); 0 from where it leaves that line on.
+    """
 
-def _candidates(
-    outline: _Outline, mask: Mask, clearance: npt.NDArray[np.float32], frame: GridFrame, params: Params
-) -> _Cuts:
-    """From each corner to the nearest point of each outline edge, in sight, clear of walls at the middle."""
-    shortest, longest = params.divider_length_m
-    p, q = outline.points, outline.points[outline.after]
-    corners = np.flatnonzero(outline.corner)
-    edge = q - p
-    edges = shapely.linestrings(np.stack([p, q], 1))
-    i, j = shapely.STRtree(edges).query(shapely.points(p[corners]), predicate="dwithin", distance=longest)
-    share = ((p[corners[i]] - p[j]) * edge[j]).sum(1) / np.maximum((edge[j] ** 2).sum(1), 1e-9)
-    share = np.clip(share, 0, 1)
-    a, b = p[corners[i]], p[j] + share[:, None] * edge[j]
-    length = np.linalg.norm(b - a, axis=1)
-    fits = (length > shortest) & (length < longest)
-    i, j, a, b, length, share = i[fits], j[fits], a[fits], b[fits], length[fits], share[fits]
-    corner = corners[i]
-    middle = look_up(clearance, frame.to_cells((a + b) / 2), 0) >= params.divider_clearance * length
-    i = np.flatnonzero(middle)
-    margin = np.minimum(2.5 * frame.resolution / length[i], 0.45)[:, None]
-    stations = margin + np.linspace(0, 1, SIGHT_SAMPLES)[None] * (1 - 2 * margin)
-    sight = a[i, None] + stations[..., None] * (b[i] - a[i])[:, None]
-    seen = look_up(mask, frame.to_cells(sight.reshape(-1, 2)), False).reshape(len(i), SIGHT_SAMPLES).all(1)
-    i = _spread(i[seen], corner, (b - a) / length[:, None], length, params.divider_directions)
-    a, b, share, corner, j = a[i], b[i], share[i], corner[i], j[i]
-    end = np.where(share == 0, j, np.where(share == 1, outline.after[j], -1))
-    along = (b - a) / length[i, None]
-    support = np.stack(
-        [
-            _support(outline, a, -along, outline.after[corner], outline.before[corner], params),
-            _support(
-                outline,
-                b,
-                along,
-                np.where(end >= 0, outline.after[end], outline.after[j]),
-                np.where(end >= 0, outline.before[end], j),
-                params,
-            ),
-        ],
-        1,
-    )
-    return _Cuts(a, b, support, (end >= 0) & outline.corner[end])
+    cuts: Cuts
+    labels: Labels
+    area: Numbers
+    sides: Indices
+    disc_pieces: Labels
+    disc_clearance: Numbers
+    wall_pieces: Labels
+    wall_reach: Numbers
 
+    @cached_property
+    def own(self) -> Numbers:
+        """What does not depend on which pieces are joined: (n, 3)."""
+        support = np.minimum(self.cuts.support.sum(1), 2.0)
+        return np.stack([np.ones_like(support), support, self.cuts.two_corners], 1)
 
-def _spread(order: Indices, corner: Indices, along: Points, length: Numbers, most: int) -> Indices:
-    """Of the cuts from each corner the shortest few that go different ways."""
-    kept: dict[int, list[int]] = {}
-    for k in order[np.argsort(length[order], kind="stable")].tolist():
-        rivals = kept.setdefault(int(corner[k]), [])
-        if len(rivals) < most and all(float(along[k] @ along[r]) <= DIRECTIONS_APART for r in rivals):
-            rivals.append(k)
-    return np.array([k for rivals in kept.values() for k in rivals], dtype=np.int64)
-
-
-def _support(
-    outline: _Outline, start: Points, along: Points, forward: Indices, backward: Indices, params: Params
-) -> Numbers:
-    """Metres over which the outline runs on from `start` in direction `along`, walked either way round; at most `wall_support_m`."""
-    slack, most = params.wall_support_slack_m, params.wall_support_m
-    best = np.zeros(len(start))
-    for step, first in ((outline.after, forward), (outline.before, backward)):
-        vertex, far, last = first.copy(), np.zeros(len(start)), np.zeros((len(start), 2))
-        live = np.ones(len(start), bool)
-        for _ in range(WALK):
-            gap = outline.points[vertex] - start
-            ahead = (gap * along).sum(1)
-            aside = np.abs(gap[:, 0] * along[:, 1] - gap[:, 1] * along[:, 0])
-            astray = aside > slack + 0.12 * np.maximum(ahead, 0)
-            share = np.clip((slack - last[:, 1]) / np.maximum(aside - last[:, 1], 1e-9), 0, 1)
-            reached = np.where(astray, last[:, 0] + share * (ahead - last[:, 0]), ahead)
-            far = np.where(live, np.maximum(far, reached), far)
-            live &= ~astray & (ahead >= far - SAME_END_M / 4)
-            last = np.where(live[:, None], np.stack([ahead, aside], 1), last)
-            live &= far < most
-            vertex = np.where(live, step[vertex], vertex)
-        best = np.maximum(best, far)
-    return np.minimum(best, most)
-
-
-def _choose(cuts: _Cuts) -> _Cuts:
-    """Short and well supported cuts first; one that crosses or repeats a better one is dropped."""
-    order = np.argsort(cuts.length - SUPPORT_CREDIT * np.minimum(cuts.support.sum(1), 2.0), kind="stable")
-    chosen: list[int] = []
-    for k in order.tolist():
-        if not chosen or not _clash(cuts.a[k], cuts.b[k], cuts.a[chosen], cuts.b[chosen]):
-            chosen.append(k)
-    return cuts.take(np.array(chosen, dtype=np.int64))
-
-
-def _clash(a: Points, b: Points, c: Points, d: Points) -> bool:
-    """Whether the cut from a to b crosses, or has both ends with, one of the cuts from c to d (n, 2)."""
-
-    def side(p: Points, q: Points, r: Points) -> Numbers:
-        return np.asarray(
-            (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
+    def features(self, groups: Indices, params: Params) -> Numbers:
+        """What speaks for joining across each cut, in the order of `WEIGHTS`: (n, 6). `groups`: the group of each piece."""
+        here = groups[self.sides]
+        known = groups[self.wall_pieces] == here[:, None, :, None]
+        known |= self.wall_pieces == 0
+        known[..., :FEWEST_LOOKS] = True
+        reach = (self.wall_reach * np.logical_and.accumulate(known, axis=3)).max(3)
+        wall_between = np.minimum(reach.min(2), params.wall_support_m).sum(1)
+        mine = groups[self.disc_pieces] == here[..., None]
+        width = 2 * (self.disc_clearance * mine).max(2)
+        narrowing = np.sort(np.log(self.cuts.length[:, None] / np.maximum(width, 0.1)), axis=1)
+        own = self.own
+        return np.stack(
+            [own[:, 0], own[:, 1], np.minimum(wall_between, 2.0), own[:, 2], narrowing[:, 1], narrowing[:, 0]], 1
         )
 
-    crosses = (side(c, d, a) * side(c, d, b) < -1e-9) & (side(a, b, c) * side(a, b, d) < -1e-9)
 
-    def near(p: Points, q: Points) -> Flags:
-        return np.asarray(np.linalg.norm(p - q, axis=1) < SAME_END_M)
+def over_segment(floor: MultiPolygon, mask: Mask, frame: GridFrame, params: Params) -> Pieces:
+    clearance = np.asarray(cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, 5), np.float32)
+    clearance *= np.float32(frame.resolution)
+    outline = outline_of(floor, params)
+    cuts = likely_cuts(possible_cuts(outline, mask, clearance, frame, params))
+    labels, cells = _label_pieces(floor, mask, cuts, frame, params)
+    sides = np.stack([_beside(cuts, sign * cuts.left, labels, frame) for sign in (1.0, -1.0)], 1)
+    real = (sides > 0).all(1) & (sides[:, 0] != sides[:, 1])
+    cuts, sides = cuts.take(real), sides[real]
+    discs = [_half_disc(cuts, sign * cuts.left, labels, clearance, frame) for sign in (1.0, -1.0)]
+    wall_pieces, wall_reach = _follow_walls(outline, cuts, labels, frame)
+    return Pieces(
+        cuts,
+        labels,
+        np.asarray(cells * frame.resolution**2, np.float64),
+        sides,
+        np.stack([pieces for pieces, _ in discs], 1),
+        np.stack([clear for _, clear in discs], 1),
+        wall_pieces,
+        wall_reach,
+    )
 
-    same = (near(c, a) & near(d, b)) | (near(c, b) & near(d, a))
-    return bool((crosses | same).any())
+
+def _label_pieces(
+    floor: MultiPolygon, mask: Mask, cuts: Cuts, frame: GridFrame, params: Params
+) -> tuple[Labels, Indices]:
+    """The piece of each cell, (height, width), and how many cells each has; none has number 0.
+
+    The outline leaves out what is narrow in a ragged wall, where pieces would be connected behind a cut's end, and may run a little inside
+    the cells' border: cuts are drawn on beyond their ends.
+    """
+    drawn = np.zeros(mask.shape, np.uint8)
+    rings = shapely.get_rings(shapely.get_parts(floor))
+    fixed = [np.round((frame.to_cells(shapely.get_coordinates(ring)) - 0.5) * (1 << SUBPIXEL)) for ring in rings]
+    cv2.fillPoly(drawn, [ring.astype(np.int32) for ring in fixed], 1, shift=SUBPIXEL)
+    drawn &= mask.view(np.uint8)
+    beyond = cuts.along * (params.outline_tolerance_m + frame.resolution)
+    ends = np.stack([frame.to_cells(cuts.a - beyond), frame.to_cells(cuts.b + beyond)], 1) - 0.5
+    for (x0, y0), (x1, y1) in np.round(ends).astype(int).tolist():
+        cv2.line(drawn, (x0, y0), (x1, y1), 0, 1, cv2.LINE_8)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(drawn, connectivity=4)
+    cells = stats[:, cv2.CC_STAT_AREA].astype(np.int64)
+    cells[0] = 0
+    return np.asarray(labels, np.int32), cells
+
+
+def _beside(cuts: Cuts, towards: Points, labels: Labels, frame: GridFrame) -> Indices:
+    """The piece that most of a cut borders on in direction `towards` (n, 2)."""
+    on = cuts.a[:, None] + BESIDE[:, None] * (cuts.b - cuts.a)[:, None]
+    off = (2 * frame.resolution, 3.5 * frame.resolution)
+    places = np.concatenate([on + distance * towards[:, None] for distance in off], 1)
+    found = look_up(labels, frame.to_cells(places.reshape(-1, 2)), 0).reshape(places.shape[:2]).astype(np.int64)
+    votes = ((found[:, :, None] == found[:, None]) & (found > 0)[:, :, None]).sum(2)
+    return np.asarray(np.take_along_axis(found, votes.argmax(1)[:, None], 1)[:, 0])
+
+
+def _half_disc(
+    cuts: Cuts, towards: Points, labels: Labels, clearance: npt.NDArray[np.float32], frame: GridFrame
+) -> tuple[Labels, Numbers]:
+    """Pieces and clearance at the places of each cut's half disc, both (n, places)."""
+    radius = 1.25 * cuts.length + 0.4
+    offsets = DISC[:, :1] * towards[:, None] + DISC[:, 1:] * cuts.along[:, None]
+    places = ((cuts.a + cuts.b) / 2)[:, None] + radius[:, None, None] * offsets
+    cells = frame.to_cells(places.reshape(-1, 2))
+    shape = places.shape[:2]
+    return look_up(labels, cells, 0).reshape(shape), look_up(clearance, cells, 0).reshape(shape).astype(np.float64)
+
+
+def _follow_walls(outline: Outline, cuts: Cuts, labels: Labels, frame: GridFrame) -> tuple[Labels, Numbers]:
+    """`wall_pieces` and `wall_reach` of `Pieces`."""
+    count = np.maximum(np.round(outline.perimeter / STEP_M).astype(np.int64), 4)
+    first = np.concatenate([[0], np.cumsum(count)[:-1]])
+    points, pieces = _stations(outline, count, labels, frame)
+    found_pieces, found_reach = [], []
+    for end, outwards in ((0, -cuts.along), (1, cuts.along)):
+        ring = cuts.ring[:, end]
+        start = cuts.at[:, end] / outline.perimeter[ring] * count[ring] - 0.5
+        # floor lies on the left of rings: forwards from a leads along the right side's border, from b along the left side's
+        ways = (-1, 1) if end == 0 else (1, -1)
+        for way in ways:
+            begin = np.floor(start + 1e-6) + 1 if way > 0 else np.ceil(start - 1e-6) - 1
+            index = (begin.astype(np.int64)[:, None] + way * np.arange(STEPS)) % count[ring][:, None] + first[ring][
+                :, None
+            ]
+            gap = points[index] - (cuts.a, cuts.b)[end][:, None]
+            ahead = (gap * outwards[:, None]).sum(2)
+            aside = np.abs(gap[..., 0] * outwards[:, None, 1] - gap[..., 1] * outwards[:, None, 0])
+            found_pieces.append(pieces[index])
+            found_reach.append(np.maximum(ahead, 0) * np.logical_and.accumulate(aside <= THICKEST_WALL_M, axis=1))
+    shape = (len(cuts.a), 2, 2, STEPS)
+    return np.stack(found_pieces, 1).reshape(shape), np.stack(found_reach, 1).reshape(shape)
+
+
+def _stations(outline: Outline, count: Indices, labels: Labels, frame: GridFrame) -> tuple[Points, Labels]:
+    """`count` points on each ring at even distances, and the piece beside each (0: a cut runs there)."""
+    ring = np.repeat(np.arange(len(count)), count)
+    base = np.concatenate([[0.0], np.cumsum(outline.perimeter)])
+    number = np.arange(len(ring)) - np.repeat(np.concatenate([[0], np.cumsum(count)[:-1]]), count)
+    at = base[ring] + (number + 0.5) / count[ring] * outline.perimeter[ring]
+    starts = base[outline.ring] + outline.at
+    edge = np.searchsorted(starts, at, side="right") - 1
+    along = outline.points[outline.after[edge]] - outline.points[edge]
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
+    points = outline.points[edge] + (at - starts[edge])[:, None] * along
+    inwards = np.stack([-along[:, 1], along[:, 0]], 1)
+    pieces = np.zeros(len(points), np.int32)
+    for distance in (1.5 * frame.resolution, 3 * frame.resolution):
+        beside = look_up(labels, frame.to_cells(points + distance * inwards), 0)
+        pieces = np.where(pieces == 0, beside, pieces)
+    return points, pieces
 
 
 # -- joining -------------------------------------------------------------------------------------------------------
 
 
-def _join_scores(
-    cuts: _Cuts, mask: Mask, clearance: npt.NDArray[np.float32], frame: GridFrame, params: Params
-) -> Numbers:
-    """How much speaks for joining both sides of each cut; before size and shape of the pieces are looked at."""
-    length = cuts.length
-    sides = np.array(
-        [_side_clearance(a, b, mask, clearance, frame) for a, b in zip(cuts.a, cuts.b, strict=True)]
-    ).reshape(-1, 2)
-    narrowing = np.sort(np.minimum(length[:, None] / np.maximum(sides, 0.1), 2.0), axis=1)
-    w = WEIGHTS
-    return np.asarray(
-        w["constant"]
-        - params.divider_sensitivity
-        + w["length"] * length
-        + w["support"] * np.minimum(cuts.support.sum(1), 2.0)
-        + w["weaker_support"] * cuts.support.min(1, initial=np.inf)
-        + w["narrow_side"] * narrowing[:, 1]
-        + w["wide_side"] * narrowing[:, 0]
-        + w["two_corners"] * cuts.two_corners
-    )
+def join_pieces(pieces: Pieces, params: Params) -> Indices:
+    """The group of each piece after joining pieces until nothing speaks for joining any more.
 
-
-def _side_clearance(
-    a: Points, b: Points, mask: Mask, clearance: npt.NDArray[np.float32], frame: GridFrame
-) -> tuple[float, float]:
-    """Width of the floor (twice the largest clearance, metres) in the connected half discs on both sides of a cut."""
-    p, q = frame.to_cells(np.stack([a, b]))
-    length = float(np.hypot(*(b - a)))
-    radius = (1.25 * length + 0.4) / frame.resolution
-    middle, along = (p + q) / 2, (q - p) / max(float(np.hypot(*(q - p))), 1e-9)
-    x0, y0 = np.maximum(np.floor(middle - radius), 0).astype(int).tolist()
-    x1, y1 = np.minimum(np.ceil(middle + radius) + 1, mask.shape[::-1]).astype(int).tolist()
-    step = 1 + int(radius > 26) + int(radius > 60)
-    x = np.arange(x0, x1, step, dtype=np.float32)[None] + 0.5 - np.float32(middle[0])
-    y = np.arange(y0, y1, step, dtype=np.float32)[:, None] + 0.5 - np.float32(middle[1])
-    beyond = y * along[0] - x * along[1]
-    disc = mask[y0:y1:step, x0:x1:step] & (x * x + y * y <= radius * radius)
-    width = clearance[y0:y1:step, x0:x1:step]
-    found = []
-    for sign in (1.0, -1.0):
-        _, labels = cv2.connectedComponents(
-            (disc & (beyond * sign >= 0.7)).view(np.uint8), connectivity=4, ltype=cv2.CV_16U
-        )
-        starts = np.array(
-            [
-                [t * (q - p) + sign * o * step * np.array([-along[1], along[0]]) for o in (1.6, 2.6)]
-                for t in (0, -0.25, 0.25)
-            ]
-        )
-        cells = np.floor((starts.reshape(-1, 2) + middle - (x0, y0)) / step)
-        hit = look_up(labels, cells + 0.5, 0)
-        label = hit[np.flatnonzero(hit)[0]] if hit.any() else 0
-        found.append(2 * float(width[labels == label].max()) if label else 0.1)
-    return found[0], found[1]
-
-
-def _join(
-    pieces: tuple[Polygon, ...], between: dict[int, tuple[int, int]], scores: dict[int, float], params: Params
-) -> list[int]:
-    """Joins pieces, best score first, until nothing speaks for joining any more; the group of each piece."""
-    group = list(range(len(pieces)))
-    area = [piece.area for piece in pieces]
-    hull = [piece.convex_hull for piece in pieces]
-    joins: dict[tuple[int, int], float] = {}
-    for k, (i, j) in between.items():
-        pair = (min(i, j), max(i, j))
-        joins[pair] = max(joins.get(pair, -np.inf), scores[k])
-
-    def evidence(pair: tuple[int, int]) -> float:
-        i, j = pair
-        smaller = float(min(area[i], area[j]))
-        if smaller < params.room_area_m2:
-            return 100.0 - smaller + joins[pair] * 1e-3
-        value = joins[pair] - SIZE_WEIGHT * float(np.log(smaller / SIZE_UNIT_M2))
-        hollow = float(shapely.union(hull[i], hull[j]).convex_hull.area - hull[i].area - hull[j].area)
-        return value - HOLLOW_WEIGHT * min(max(hollow, 0.0) / smaller, 2.0)
-
-    ranked = {pair: evidence(pair) for pair in joins}
-    while ranked:
-        best = max(ranked, key=lambda pair: (ranked[pair], pair))
-        if ranked[best] <= 0:
+    In rounds: each group chooses the one that it is best joined with, and pairs that choose each other are joined.
+    """
+    weights = np.array(list(WEIGHTS.values()))
+    groups = np.arange(len(pieces.area))
+    while len(pieces.sides):
+        pair = groups[pieces.sides]
+        apart = np.flatnonzero(pair[:, 0] != pair[:, 1])
+        if not len(apart):
             break
-        i, j = best
-        group = [i if g == j else g for g in group]
-        area[i] += area[j]
-        hull[i] = shapely.union(hull[i], hull[j]).convex_hull
-        for pair in [pair for pair in joins if j in pair]:
-            score = joins.pop(pair)
-            ranked.pop(pair, None)
-            other = pair[0] if pair[1] == j else pair[1]
-            if other != i:
-                renamed = (min(i, other), max(i, other))
-                joins[renamed] = max(joins.get(renamed, -np.inf), score)
-        ranked.update({pair: evidence(pair) for pair in joins if i in pair})
-    return group
+        evidence = pieces.features(groups, params) @ weights - params.divider_sensitivity
+        joined = _join_best(groups, pair[apart], evidence[apart], pieces, params)
+        if joined is None:
+            break
+        groups = joined
+    return groups
+
+
+def _join_best(groups: Indices, pair: Indices, evidence: Numbers, pieces: Pieces, params: Params) -> Indices | None:
+    """One round; None where nothing is to be joined. Of several cuts between two groups the one that speaks most for joining counts."""
+    area = np.bincount(groups, weights=pieces.area, minlength=len(groups))
+    small = area < params.divided_room_m2
+    evidence = np.round(evidence, 6) + FORCED * small[pair].any(1)
+    order = np.lexsort((pair.max(1), pair.min(1), -evidence))
+    best = pair[order[evidence[order] > 0]]
+    if not len(best):
+        return None
+    wishes = np.stack([best, best[:, ::-1]], 1).reshape(-1, 2)
+    chooser, first = np.unique(wishes[:, 0], return_index=True)
+    choice = np.full(len(groups), -1)
+    choice[chooser] = wishes[first, 1]
+    agreed = chooser[(choice[choice[chooser]] == chooser) & (chooser < choice[chooser])]
+    joined = np.arange(len(groups))
+    joined[choice[agreed]] = agreed
+    return np.asarray(joined[groups])
