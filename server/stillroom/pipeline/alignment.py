@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stillroom.maps.geometry import Points, Pose, as_points
+from stillroom.maps.geometry import Points, Pose, as_points, as_tuples
 from stillroom.maps.grid import GridFrame, OccupancyGrid, look_up
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import SemanticMap
@@ -20,6 +20,8 @@ Numbers = npt.NDArray[np.float64]
 
 SAMPLE_M = 0.10
 ROUNDS = 5
+THINNED = 3
+"""Every third sample settles the rigid motion."""
 FINAL_REACH_M = 0.15
 NEIGHBOURHOOD_M = 1.0
 """Walls at this distance have 60 % of the say of those close by."""
@@ -27,6 +29,7 @@ STIFFNESS = 6.0
 """Evidence, in samples, that it takes to move a place half as far as its walls say."""
 FRONTIER_WEIGHT = 0.3
 """What a border to unexplored space says about a wall, compared with an obstacle."""
+FACE_WEIGHTS = np.array([0.0, FRONTIER_WEIGHT, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +42,9 @@ class Alignment:
 
 
 @dataclass(frozen=True, eq=False)
-class _Faces:
-    """The floor's border cells by the side on which it ends: (4, height, width) for +x, +y, -x, -y; 2 an obstacle, 1 unexplored, 0 none."""
+class Faces:
+    """The floor's border cells by the side on which it ends: (4, height + 2, width + 2) for +x, +y, -x, -y, with a cell of nothing around;
+    2 an obstacle, 1 unexplored, 0 none."""
 
     frame: GridFrame
     sides: npt.NDArray[np.uint8]
@@ -67,18 +71,14 @@ def align(previous: SemanticMap, motion: Motion, grid: OccupancyGrid, reach_m: f
     tracked = motion.consensus(vertices, NEIGHBOURHOOD_M, params.tracking_outlier_m) if len(motion.source) else vertices
     motion = Motion(vertices, tracked)
     samples = sample_walls(_moved([as_points(wall.line) for wall in previous.walls], motion))
-    faces = _faces(grid)
     if not len(samples.points):
         return Alignment(Motion.through(vertices, tracked), 0.0, 0.0)
-    pose = Pose()
-    for reach in np.geomspace(reach_m, min(FINAL_REACH_M, reach_m), ROUNDS):
-        moved = samples.moved(pose)
-        offset, weight = _offsets(moved, faces, float(reach))
-        pose = _step(moved, offset, weight, float(reach) / 3).after(pose)
+    faces = faces_of(grid)
+    pose = settle(samples, faces, reach_m)
     moved = samples.moved(pose)
     offset, weight = _offsets(moved, faces, params.alignment_reach_m)
     places = pose.apply(tracked)
-    ends = [np.flatnonzero((vertices[:, None] == as_points(d.line)[None]).all(2).any(1)) for d in previous.dividers]
+    ends = _divider_ends(previous, vertices)
     middles = as_points([places[end].mean(0) for end in ends])
     shift = _local_shift(np.concatenate([places, middles]), moved, offset, weight, params.alignment_inlier_m)
     shift, together = shift[: len(places)], shift[len(places) :]
@@ -90,6 +90,23 @@ def align(previous: SemanticMap, motion: Motion, grid: OccupancyGrid, reach_m: f
     hit = (np.abs(offset) <= params.alignment_inlier_m + grid.frame.resolution / 2) & (weight > 0)
     share = float((hit & seen).sum() / max(int(seen.sum()), 1))
     return Alignment(Motion.through(vertices, places + shift), share, float(seen.mean()))
+
+
+def settle(samples: "WallSamples", faces: Faces, reach_m: float) -> Pose:
+    """The rigid motion, of up to `reach_m`, that brings walls onto the faces of obstacles: some samples tell as much as all."""
+    few = samples.where(np.arange(len(samples.points)) % THINNED == 0)
+    pose = Pose()
+    for reach in np.geomspace(reach_m, min(FINAL_REACH_M, reach_m), ROUNDS).tolist():
+        moved = few.moved(pose)
+        offset, weight = _offsets(moved, faces, reach)
+        pose = _step(moved, offset, weight, reach / 3).after(pose)
+    return pose
+
+
+def _divider_ends(previous: SemanticMap, vertices: Points) -> list[list[int]]:
+    """Where the ends of each divider are among the vertices (n, 2)."""
+    index = {place: number for number, place in enumerate(as_tuples(vertices))}
+    return [[index[place] for place in as_tuples(as_points(divider.line))] for divider in previous.dividers]
 
 
 def _moved(lines: Sequence[Points], motion: Motion) -> list[Points]:
@@ -112,40 +129,36 @@ def sample_walls(lines: Sequence[Points]) -> WallSamples:
     return WallSamples(begin[which] + along[:, None] * edge[which], np.stack([unit[:, 1], -unit[:, 0]], 1)[which])
 
 
-def _faces(grid: OccupancyGrid) -> _Faces:
-    padded = np.pad(grid.cells, 1)
-    neighbours = (padded[1:-1, 2:], padded[2:, 1:-1], padded[1:-1, :-2], padded[:-2, 1:-1])
-    kind = np.array([1, 0, 2], np.uint8)
+def faces_of(grid: OccupancyGrid) -> Faces:
+    kind = np.array([1, 0, 2], np.uint8)[np.pad(grid.cells, 1)]
     free = grid.free
-    return _Faces(grid.frame, np.stack([np.where(free, kind[n], 0) for n in neighbours]), ~grid.unexplored)
+    sides = np.zeros((4, *kind.shape), np.uint8)
+    for side, neighbour in zip(sides, (kind[1:-1, 2:], kind[2:, 1:-1], kind[1:-1, :-2], kind[:-2, 1:-1]), strict=True):
+        np.multiply(neighbour, free, out=side[1:-1, 1:-1])
+    return Faces(grid.frame, sides, ~grid.unexplored)
 
 
-def _offsets(samples: WallSamples, faces: _Faces, reach_m: float) -> tuple[Numbers, Numbers]:
-    """How far along its normal (metres) each wall sample finds a face of its own side, and how much that says (0 where it finds none)."""
+def _offsets(samples: WallSamples, faces: Faces, reach_m: float) -> tuple[Numbers, Numbers]:
+    """How far along its normal (metres) each wall sample finds a face of its own side, and how much that says (0 where it finds none).
+
+    The nearest obstacle counts, and where there is none the nearest border to unexplored space.
+    """
     frame = faces.frame
-    normals = samples.normals @ frame.origin.rotation
-    start = frame.to_cells(samples.points) - 0.5 * normals
-    side = np.where(
-        np.abs(normals[:, 0]) >= np.abs(normals[:, 1]),
-        np.where(normals[:, 0] > 0, 0, 2),
-        np.where(normals[:, 1] > 0, 1, 3),
-    )
+    x, y = frame.to_cells(samples.points).T
+    nx, ny = (samples.normals @ frame.origin.rotation).T
+    x, y = x - 0.5 * nx, y - 0.5 * ny
+    side = np.where(np.abs(nx) >= np.abs(ny), np.where(nx > 0, 0, 2), np.where(ny > 0, 1, 3))
     most = max(1, round(reach_m / frame.resolution))
     steps = np.arange(-most, most + 1)
     steps = steps[np.argsort(np.abs(steps), kind="stable")]
-    at = start[:, None] + steps[None, :, None] * normals[:, None]
-    height, width = faces.explored.shape
-    cells = np.floor(at).astype(np.int64)
-    inside = ((cells >= 0) & (cells < (width, height))).all(2)
-    column, row = np.clip(cells[..., 0], 0, width - 1), np.clip(cells[..., 1], 0, height - 1)
-    found = np.where(inside, faces.sides[side[:, None], row, column], 0)
-    rank = np.where(found == 2, 2, found) * (2 * most + 2) - np.arange(len(steps))[None] * (found > 0)
-    best = rank.argmax(1)
+    column = np.floor(x[:, None] + nx[:, None] * steps).clip(-1, frame.width).astype(np.int64)
+    row = np.floor(y[:, None] + ny[:, None] * steps).clip(-1, frame.height).astype(np.int64)
+    found = faces.sides[side[:, None], row + 1, column + 1]
+    best = found.argmax(1)
     pick = np.arange(len(best))
     kind = found[pick, best]
-    centre = np.stack([column[pick, best], row[pick, best]], 1) + 0.5
-    offset = ((centre - start) * normals).sum(1) * frame.resolution
-    return np.where(kind > 0, offset, 0.0), np.where(kind == 2, 1.0, np.where(kind == 1, FRONTIER_WEIGHT, 0.0))
+    offset = (column[pick, best] + 0.5 - x) * nx + (row[pick, best] + 0.5 - y) * ny
+    return np.where(kind > 0, offset * frame.resolution, 0.0), FACE_WEIGHTS[kind]
 
 
 def _step(samples: WallSamples, offset: Numbers, weight: Numbers, scale_m: float) -> Pose:
@@ -166,8 +179,12 @@ def _step(samples: WallSamples, offset: Numbers, weight: Numbers, scale_m: float
 
 def _local_shift(places: Points, samples: WallSamples, offset: Numbers, weight: Numbers, scale_m: float) -> Points:
     """The shift of each place (n, 2) that the walls around it ask for; none in a direction of which no wall speaks."""
-    p, q = places.astype(np.float32), samples.points.astype(np.float32)
-    near = np.exp(((p[:, :1] - q[:, 0]) ** 2 + (p[:, 1:] - q[:, 1]) ** 2) / np.float32(-2 * NEIGHBOURHOOD_M**2))
+    middle = samples.points.mean(0)
+    p, q = (places - middle).astype(np.float32), (samples.points - middle).astype(np.float32)
+    near = p @ q.T
+    near -= 0.5 * (p**2).sum(1)[:, None]
+    near -= 0.5 * (q**2).sum(1)
+    np.exp(np.divide(near, np.float32(NEIGHBOURHOOD_M**2), out=near), out=near)
     nx, ny = samples.normals.T
     w = weight / (1 + (offset / scale_m) ** 2)
     terms = w * np.stack([nx * nx, nx * ny, ny * ny, nx * offset, ny * offset])
