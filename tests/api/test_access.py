@@ -31,6 +31,8 @@ OWN = {
     ("GET", f"{MAP}/missions/0"): "read",
     ("GET", f"{MAP}/missions/0/grid.png"): "read",
     ("POST", f"{MAP}/missions/0/placement"): "edit",
+    ("GET", f"{MAP}/conflicts"): "read",
+    ("GET", f"{MAP}/conflicts/c1"): "read",
 }
 MAY = {"robot": {"read", "upload"}, "person": {"read", "edit"}}
 
@@ -101,13 +103,14 @@ def test_the_table_above_names_every_route_that_is_not_public(service: Service) 
             .replace("versions/1", "versions/{version}")
             .replace("rooms/r1", "rooms/{room}")
             .replace("missions/1", "missions/{mission}")
-            .replace("missions/0", "missions/{mission}"),
+            .replace("missions/0", "missions/{mission}")
+            .replace("conflicts/c1", "conflicts/{conflict}"),
         )
         for method, path in OWN
     }
     assert listed == of_maps
     others = {path for path in spec if "/maps/{map}" not in path} - PUBLIC
-    assert others == {"/api/v1/robots", "/api/v1/session", "/api/v1/events"}
+    assert others == {"/api/v1/robots", "/api/v1/session", "/api/v1/events", "/api/v1/conflicts"}
 
 
 def test_robots_are_made_by_operators_alone(callers: dict[str, Caller]) -> None:

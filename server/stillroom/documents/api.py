@@ -11,6 +11,7 @@ from stillroom.documents.operations import OperationDocument
 Outcome = Literal["created", "updated", "resolved", "needs_review", "reverted", "superseded", "parked"]
 Status = Literal["queued", "processing", "done"]
 Cause = Literal["created", "mission", "edit", "decision", "restore", "import"]
+ConflictState = Literal["open", "accepted", "rejected", "annotated", "expired", "superseded", "resolved_automatically"]
 Review = Literal["automatic", "ask_first"]
 ItemT = TypeVar("ItemT")
 
@@ -338,10 +339,10 @@ class MissionDocument(Document):
 
 
 class Event(Document):
-    """`mission`: one was processed; `version`: a new one is in force; `decision`: a person placed a parked mission; `settings`: a
-    map was renamed."""
+    """`mission`: one was processed; `version`: a new one is in force; `conflict`: one was opened or ended; `decision`: a person
+    placed a parked mission; `settings`: a map was renamed."""
 
-    kind: Literal["mission", "version", "decision", "settings"]
+    kind: Literal["mission", "version", "conflict", "decision", "settings"]
     robot: str
     map: str
     at: datetime
@@ -349,3 +350,5 @@ class Event(Document):
     outcome: Outcome | None = None
     version: int | None = None
     cause: Cause | None = None
+    conflict: str | None = None
+    state: ConflictState | None = None

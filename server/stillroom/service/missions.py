@@ -8,7 +8,7 @@ from stillroom.documents.missions import stored_meta
 from stillroom.errors import NotFound
 from stillroom.service.maps import find_map, map_url
 from stillroom.service.paging import page_of
-from stillroom.store import maps, missions
+from stillroom.store import conflicts, maps, missions
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
 from stillroom.store.rows import MapRow, MissionRow
@@ -58,7 +58,10 @@ def _documents(tx: Transaction, of: MapRow, rows: Sequence[MissionRow]) -> list[
     parked = [row.id for row in rows if row.outcome == "parked"]
     placed = missions.placements(tx, parked) if parked else {}
     floors = {row.id: row.name for row in maps.of_robots(tx, [of.robot_id])} if placed else {}
-    return [_document(of, row, _decision(placed[row.id], floors) if row.id in placed else None) for row in rows]
+    met = conflicts.of_missions(tx, [row.id for row in rows])
+    return [
+        _document(of, row, met[row.id], _decision(placed[row.id], floors) if row.id in placed else None) for row in rows
+    ]
 
 
 def _decision(placed: MissionRow, floors: dict[int, str]) -> api.DecisionDocument:
@@ -77,7 +80,9 @@ def _decision(placed: MissionRow, floors: dict[int, str]) -> api.DecisionDocumen
     )
 
 
-def _document(of: MapRow, row: MissionRow, decision: api.DecisionDocument | None) -> api.MissionDocument:
+def _document(
+    of: MapRow, row: MissionRow, met: Sequence[str], decision: api.DecisionDocument | None
+) -> api.MissionDocument:
     said, found = stored_meta(row.meta), row.result or {}
     ablation = None
     if row.ablation_transfer is not None:
@@ -102,7 +107,7 @@ def _document(of: MapRow, row: MissionRow, decision: api.DecisionDocument | None
             "version": row.version,
             "algorithm": row.algorithm,
             "rooms": found.get("rooms", []),
-            "conflicts": [],
+            "conflicts": met,
             "discovered_rooms": found.get("discovered", []),
             "warnings": found.get("warnings", []),
             "reason": found.get("reason", ""),

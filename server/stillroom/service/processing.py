@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from functools import partial
+from functools import cached_property, partial
 from threading import Event, Thread
 
 from stillroom import __version__
@@ -18,6 +18,7 @@ from stillroom.maps.mission import Mission, tracked_motion
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.update import RESOLVERS, MapUpdate, ResolverName, create_semantic_map, update_map
+from stillroom.service import sightings
 from stillroom.service.candidates import Question, ask, under_version
 from stillroom.service.frames import Step, motion_between
 from stillroom.service.versions import ids_of, new_version
@@ -86,7 +87,7 @@ class Gathered:
     def made_by(self) -> str:
         return self.mission.placed_by or f"robot:{self.of.robot_id}"
 
-    @property
+    @cached_property
     def previous(self) -> SemanticMap | None:
         return None if self.current is None else decode_map(self.current.document, ids_of(self.of))
 
@@ -238,6 +239,7 @@ def _commit(
 ) -> bool:
     """Finding, version and events in one transaction. False where the version in force is no longer the one gathered."""
     mission, of = gathered.mission, gathered.of
+    met = _met(gathered, update)
     with database.write() as tx:
         if lanes.lock(tx, of.id) != claim.token:
             return True  # the lease ran out and another worker has the mission: what we found does not count
@@ -253,8 +255,16 @@ def _commit(
         lanes.release(tx, of.id)
         data: Json = {"mission": mission.key, "version": found.version}
         version = [("version", data | {"cause": gathered.cause})] if taken else []
-        events.add(tx, of, [*version, ("mission", data | {"outcome": found.outcome})], now)
+        questions = [] if met is None else sightings.keep(tx, met, found.version, now)
+        events.add(tx, of, [*version, ("mission", data | {"outcome": found.outcome}), *questions], now)
     return True
+
+
+def _met(gathered: Gathered, update: MapUpdate | None) -> sightings.Met | None:
+    """What is asked about the mission; nothing where it was late, and where there was no map before it."""
+    if update is None or gathered.is_late or gathered.previous is None:
+        return None
+    return sightings.meet(gathered.of, gathered.mission, gathered.made_by, gathered.previous, update)
 
 
 def _add_version(tx: Transaction, gathered: Gathered, update: MapUpdate, now: datetime) -> int:

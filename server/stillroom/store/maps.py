@@ -100,7 +100,8 @@ def add_version(tx: Transaction, map_id: int, new: NewVersion, now: datetime) ->
         .returning(version.c.number)
     )
     number: int = tx.execute(added).scalar_one()
-    tx.execute(sa.update(map_).where(map_.c.id == map_id).values(head=number, used_ids=new.used_ids))
+    reserve_ids(tx, map_id, [new.used_ids])
+    tx.execute(sa.update(map_).where(map_.c.id == map_id).values(head=number))
     ended = room.c.map_id == map_id, room.c.id.not_in([room_id for room_id, _, _ in new.rooms])
     tx.execute(sa.update(room).where(*ended, room.c.retired.is_(False)).values(retired=True, survivor=None))
     for room_id, survivor in new.retired.items():
@@ -111,6 +112,16 @@ def add_version(tx: Transaction, map_id: int, new: NewVersion, now: datetime) ->
     ]
     upsert(tx, room, living)
     return number
+
+
+def reserve_ids(tx: Transaction, map_id: int, used: Sequence[Json]) -> None:
+    """None of these ids is given out again, whether or not they ever come into force; the lane must be locked."""
+    before = get(tx, map_id).used_ids
+    after = dict(before)
+    for counts in used:
+        after |= {kind: max(count, after.get(kind, 0)) for kind, count in counts.items()}
+    if after != before:
+        tx.execute(sa.update(map_).where(map_.c.id == map_id).values(used_ids=after))
 
 
 def version_head(tx: Transaction, map_id: int, number: int) -> VersionHead | None:

@@ -95,6 +95,54 @@ class RoomRow:
 
 
 @dataclass(frozen=True)
+class ConflictRow:
+    """A conflict as the newest mission that met it found it, and how it ended, if it did."""
+
+    id: int
+    map_id: int
+    robot_id: str
+    map_name: str
+    key: str
+    kind: str
+    place: str
+    resolved: bool
+    opened_at: datetime
+    due_at: datetime | None
+    state: str
+    fold_count: int
+    """How many missions found it again."""
+    sighting_id: int
+    mission_id: int
+    mission: str
+    cause: str
+    summary: str
+    rooms: list[Json]
+    dividers: list[str]
+    restrictions: list[str]
+    base_version: int
+    motion: Json | None
+    response: str | None
+    proposal: str | None
+    drawn: list[Any] | None
+    note: str | None
+    decided_by: str | None
+    decided_at: datetime | None
+    version: int | None
+    superseded_by: str | None
+
+
+@dataclass(frozen=True)
+class ProposalRow:
+    """A proposal without the map that would be in force."""
+
+    sighting_id: int
+    name: str
+    action: str
+    recommended: bool
+    changes: Json
+
+
+@dataclass(frozen=True)
 class EventRow:
     id: int
     robot_id: str

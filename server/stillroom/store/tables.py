@@ -1,4 +1,4 @@
-"""The tables. Rows are facts: versions, events and finished missions are never changed."""
+"""The tables. Rows are facts: versions, sightings, endings, events and finished missions are never changed."""
 
 from datetime import UTC, datetime
 
@@ -150,6 +150,66 @@ room = sa.Table(
     sa.Column("retired", sa.Boolean, nullable=False),
     sa.Column("survivor", sa.String(64)),  # the room that took its space
     sa.UniqueConstraint("map_id", "segment_id"),
+)
+
+conflict = sa.Table(
+    "conflict",
+    metadata,
+    sa.Column("id", BigId, primary_key=True),
+    sa.Column("map_id", sa.ForeignKey("map.id"), nullable=False),
+    sa.Column("key", sa.String(200), nullable=False),  # what it is called, for ever
+    sa.Column("kind", sa.String(32), nullable=False),
+    sa.Column("place", sa.String(64), nullable=False),  # SHA-256 of what it is about: equal for a repeat
+    sa.Column("resolved", sa.Boolean, nullable=False),  # the meta layer settled it: nobody has to answer
+    sa.Column("opened_at", UtcDateTime, nullable=False),
+    sa.Column("due_at", UtcDateTime),  # when the default answer takes effect; null: nobody is asked
+    sa.Column("waits", sa.Boolean, nullable=False),  # for an answer, or for that moment
+    sa.UniqueConstraint("map_id", "key"),
+)
+_waiting = conflict.c.waits
+sa.Index("ix_conflict_due_at", conflict.c.due_at, sqlite_where=_waiting, postgresql_where=_waiting)
+
+sighting = sa.Table(
+    "sighting",
+    metadata,
+    sa.Column("id", BigId, primary_key=True),  # the newest of a conflict has the highest
+    sa.Column("conflict_id", sa.ForeignKey("conflict.id"), nullable=False),
+    sa.Column("mission_id", sa.ForeignKey("mission.id"), nullable=False, index=True),
+    sa.Column("cause", sa.String(32), nullable=False),
+    sa.Column("summary", sa.Text, nullable=False),
+    sa.Column("rooms", sa.JSON, nullable=False),  # precision and recall of each
+    sa.Column("dividers", sa.JSON, nullable=False),  # ids
+    sa.Column("restrictions", sa.JSON, nullable=False),
+    sa.Column("base_version", sa.Integer, nullable=False),  # the one in force that its proposals would replace
+    sa.Column("motion", sa.JSON(none_as_null=True)),  # from that version's frame to the mission's
+    sa.UniqueConstraint("conflict_id", "mission_id"),
+)
+
+proposal = sa.Table(
+    "proposal",
+    metadata,
+    sa.Column("sighting_id", sa.ForeignKey("sighting.id"), primary_key=True),
+    sa.Column("name", sa.String(16), primary_key=True),  # "p1"
+    sa.Column("action", sa.String(16), nullable=False),
+    sa.Column("recommended", sa.Boolean, nullable=False),
+    sa.Column("changes", sa.JSON, nullable=False),  # a map of nothing but what it proposes
+    sa.Column("document", sa.JSON, nullable=False),  # the map that would be in force
+    sa.Column("used_ids", sa.JSON, nullable=False),
+)
+
+ending = sa.Table(
+    "ending",  # how a conflict ended: at most one each
+    metadata,
+    sa.Column("conflict_id", sa.ForeignKey("conflict.id"), primary_key=True),
+    sa.Column("state", sa.String(16), nullable=False),
+    sa.Column("response", sa.String(16)),  # null: nobody answered
+    sa.Column("proposal", sa.String(16)),
+    sa.Column("dividers", sa.JSON(none_as_null=True)),
+    sa.Column("note", sa.Text),
+    sa.Column("decided_by", sa.String(400), nullable=False),
+    sa.Column("decided_at", UtcDateTime, nullable=False),
+    sa.Column("version", sa.Integer),  # the one in force afterwards
+    sa.Column("mission_id", sa.ForeignKey("mission.id")),  # the later one that superseded it
 )
 
 event = sa.Table(
