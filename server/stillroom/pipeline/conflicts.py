@@ -1,46 +1,18 @@
-"""Conflict detection: how well each previous room was carried over (paper, section IV)."""
+"""Conflict detection (paper, section IV): what about an update a person may want to know or decide, and why it is so."""
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
 from typing import Literal
 
-from stillroom.maps.semantics import SemanticMap
+from stillroom.maps.constraints import violations
+from stillroom.maps.meta import MapMeta
+from stillroom.maps.semantics import Divider, SemanticMap
+from stillroom.pipeline.anchor import Drift, find_drift
 from stillroom.pipeline.params import Params
+from stillroom.pipeline.resolution import Attempt
 from stillroom.pipeline.rooms import overlaps
-
-
-@dataclass(frozen=True)
-class RoomScore:
-    """How well one previous room was carried over: overlap C, only previous A, only candidate B; precision C/(B+C), recall C/(A+C)."""
-
-    id: str
-    name: str
-    precision: float
-    recall: float
-    passed: bool
-    visited: bool = True
-
-
-def score_rooms(
-    tracked: SemanticMap, candidate: SemanticMap, visited: Collection[str], params: Params
-) -> tuple[RoomScore, ...]:
-    """One score for each previous room; `tracked` holds them where tracking and alignment put them in the candidate's frame.
-
-    Exactly `params.room_overlap` fails. A room that this mission did not visit passes, if it is there.
-    """
-    there = {room.id: i for i, room in enumerate(candidate.rooms)}
-    common = overlaps([room.polygon for room in tracked.rooms], [room.polygon for room in candidate.rooms])
-    scores = []
-    for i, room in enumerate(tracked.rooms):
-        j = there.get(room.id)
-        overlap = float(common[i, j]) if j is not None else 0.0
-        precision = overlap / candidate.rooms[j].polygon.area if j is not None else 0.0
-        recall = overlap / room.polygon.area
-        seen = room.id in visited
-        passed = (j is not None and not seen) or (precision > params.room_overlap and recall > params.room_overlap)
-        scores.append(RoomScore(room.id, room.name, precision, recall, passed, seen))
-    return tuple(scores)
-
+from stillroom.pipeline.scores import RoomScore as RoomScore
 
 ConflictKind = Literal[
     "room_lost",
@@ -83,3 +55,216 @@ class Conflict:
     resolved: bool
     """Whether the map that is in force now needs no decision: the meta layer settled it."""
     proposals: tuple[Proposal, ...] = ()
+
+
+def detect_conflicts(
+    previous: SemanticMap, first: Attempt, best: Attempt, mission_id: str, taken: bool, params: Params
+) -> tuple[Conflict, ...]:
+    """Everything about a mission that a person may want to decide. `first` is the transfer alone, `best` what was judged."""
+    candidate = best.transfer.candidate
+    named = Naming(previous, mission_id)
+    found = _lost_rooms(previous, first, best, taken, params, named)
+    if taken:
+        found += _lost_dividers(best, named)
+        found += _shapes(best, params, named)
+        found += _unplaced(previous, candidate, named)
+        found += _contradicted(best, params, named)
+        found += [_drift(drift, candidate, named) for drift in find_drift(candidate.rooms, params)]
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class Naming:
+    """What conflicts of one mission are called: ids that the same mission gets again, and rooms by their names."""
+
+    previous: SemanticMap
+    mission_id: str
+
+    def id_of(self, kind: ConflictKind, subjects: Sequence[str]) -> str:
+        text = "/".join((self.mission_id, kind, *sorted(subjects)))
+        return f"c{self.previous.ids.prefix}{sha256(text.encode()).hexdigest()[:12]}"
+
+    def rooms(self, ids: Sequence[str], otherwise: SemanticMap | None = None) -> str:
+        """ "Kitchen", "Kitchen and Hall", "Kitchen, Hall and Bath"."""
+        known = {room.id: room.name for m in (otherwise, self.previous) if m is not None for room in m.rooms}
+        names = [known.get(room, room) for room in ids]
+        return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
+
+
+def _lost_rooms(
+    previous: SemanticMap, first: Attempt, best: Attempt, taken: bool, params: Params, named: Naming
+) -> list[Conflict]:
+    """One conflict for the failed rooms that ran into each other, with the maps that there could be instead."""
+    proposals = _proposals(previous, first, best, taken, params) if first.failed else ()
+    conflicts = []
+    for group in _together(first):
+        worst = min(group, key=lambda score: (score.recall, score.precision))
+        kind: ConflictKind = "room_precision"
+        if worst.recall <= params.room_overlap:
+            kind = "room_lost" if worst.recall == 0 else "room_recall"
+        ids = [score.id for score in group]
+        resolved = taken and not best.failed & set(ids)
+        cause = _cause(ids, best)
+        dividers = tuple(d.id for d in previous.dividers if set(d.rooms) & set(ids))
+        summary = f"{loss(worst)}." if not resolved else f"{named.rooms(ids)} {_kept(ids, cause)}."
+        conflicts.append(
+            Conflict(named.id_of(kind, ids), kind, cause, tuple(group), dividers, (), summary, resolved, proposals)
+        )
+    return conflicts
+
+
+def loss(room: RoomScore) -> str:
+    """What happened to a room that failed, in words."""
+    if room.recall == 0:
+        return f"{room.name} was not found again"
+    if room.recall <= room.precision:
+        return f"{1 - room.recall:.0%} of {room.name} is gone"
+    return f"{room.name} ran into its surroundings, only {room.precision:.0%} of it was {room.name} before"
+
+
+def _kept(ids: Sequence[str], cause: Cause) -> str:
+    verb = "was" if len(ids) == 1 else "were"
+    because = {
+        "wall_gap": "a wall had a gap",
+        "new_passage": "there is a new way through",
+        "opening_closed": "something stood in the way",
+        "door_closed": "a door looked closed",
+    }.get(cause, "the map had changed")
+    return f"{verb} kept as before although {because}"
+
+
+def _together(first: Attempt) -> list[list[RoomScore]]:
+    """Failed rooms by the room of the candidate that has their space now."""
+    transfer = first.transfer
+    common = overlaps([r.polygon for r in transfer.tracked.rooms], [r.polygon for r in transfer.candidate.rooms])
+    groups: dict[int, list[RoomScore]] = {}
+    for i, score in enumerate(first.scores):
+        if not score.passed:
+            groups.setdefault(int(common[i].argmax()) if common[i].any() else -1 - i, []).append(score)
+    return list(groups.values())
+
+
+def _cause(rooms: Sequence[str], best: Attempt) -> Cause:
+    """Told from what it took to get the rooms back."""
+    candidate = best.transfer.candidate
+    by_id = {d.id: d for d in candidate.dividers}
+    if any(set(by_id[d].rooms) & set(rooms) for d in best.transfer.shut_dividers if d in by_id):
+        return "door_closed"
+    if any(o.cell == "free" for o in candidate.meta.occupancy):
+        return "opening_closed"
+    counts = [o.contradicted for o in candidate.meta.occupancy] + [d.contradicted for d in candidate.meta.dividers]
+    if any(counts) or best.transfer.new_rooms:
+        return "new_passage"
+    return "wall_gap" if candidate.meta != MapMeta.EMPTY else "unknown"
+
+
+def _proposals(
+    previous: SemanticMap, first: Attempt, best: Attempt, taken: bool, params: Params
+) -> tuple[Proposal, ...]:
+    """The maps that there could be, the one that the service would choose first."""
+    choices: list[tuple[Action, SemanticMap]] = []
+    candidate = best.transfer.candidate
+    if taken and candidate.meta != MapMeta.EMPTY:
+        choices.append(("meta_dividers" if candidate.meta.dividers else "meta_occupancy", candidate))
+    elif not taken:
+        choices.append(("keep_previous", previous))
+    as_sensed = first.transfer.candidate
+    if not violations(as_sensed, first.transfer.grid, params.wall_reach_m):
+        choices.append(("take_new", as_sensed))
+    return tuple(Proposal(f"p{k}", action, k == 1, m) for k, (action, m) in enumerate(choices, 1))
+
+
+def _lost_dividers(best: Attempt, named: Naming) -> list[Conflict]:
+    """Dividers that ended on nothing and are not on the map any more."""
+    lost = [d for d in best.transfer.tracked.dividers if d.id in best.transfer.lost_dividers]
+    conflicts = []
+    for divider in lost:
+        between = f" between {named.rooms(divider.rooms)}" if divider.rooms else ""
+        summary = f"The divider{between} found no wall to end on and is not on the map any more."
+        id_ = named.id_of("divider_lost", [divider.id])
+        rooms = _scores(divider.rooms, best)
+        conflicts.append(Conflict(id_, "divider_lost", "unknown", rooms, (divider.id,), (), summary, False))
+    return conflicts
+
+
+def _scores(rooms: Sequence[str], best: Attempt) -> tuple[RoomScore, ...]:
+    return tuple(score for score in best.scores if score.id in rooms)
+
+
+def _shapes(best: Attempt, params: Params, named: Naming) -> list[Conflict]:
+    conflicts = []
+    for score in best.scores:
+        if score.visited and score.passed and min(score.precision, score.recall) < params.shape_overlap:
+            less = f"{1 - score.recall:.0%} of {score.name} is gone"
+            more = f"{score.name} grew: {1 - score.precision:.0%} of it is new"
+            summary = f"{less if score.recall < score.precision else more}."
+            id_ = named.id_of("shape", [score.id])
+            conflicts.append(Conflict(id_, "shape", "unknown", (score,), (), (), summary, False))
+    return conflicts
+
+
+def _unplaced(previous: SemanticMap, candidate: SemanticMap, named: Naming) -> list[Conflict]:
+    placed = {restriction.id for restriction in previous.restrictions if restriction.placed}
+    return [
+        Conflict(
+            named.id_of("restriction_unplaced", [r.id]),
+            "restriction_unplaced",
+            "unknown",
+            (),
+            (),
+            (r.id,),
+            f"A {r.kind.replace('_', '-')} could not be placed on the new map. It is kept as it was; please draw it again.",
+            False,
+        )
+        for r in candidate.restrictions
+        if r.id in placed and not r.placed
+    ]
+
+
+def _contradicted(best: Attempt, params: Params, named: Naming) -> list[Conflict]:
+    """Corrections that mission after mission contradicts: a way that is really there, or a wall that is."""
+    candidate, grid = best.transfer.candidate, best.transfer.grid
+    conflicts = []
+    for line in candidate.meta.dividers:
+        if line.contradicted >= params.contradicted_missions:
+            divider = Divider(line.id, line.line, made_by="user", rooms=line.rooms)
+            rest = tuple(d for d in candidate.meta.dividers if d is not line)
+            accepted = replace(
+                candidate, dividers=(*candidate.dividers, divider), meta=replace(candidate.meta, dividers=rest)
+            )
+            proposals = () if violations(accepted, grid, params.wall_reach_m) else _one("meta_dividers", accepted)
+            conflicts.append(_question(line.id, line.rooms, line.since, proposals, best, named))
+    for section in candidate.meta.occupancy:
+        if section.contradicted >= params.contradicted_missions:
+            rooms = [r.id for r in candidate.rooms if r.polygon.distance(section.polygon) < 2 * grid.frame.resolution]
+            conflicts.append(
+                _question(section.id, rooms, section.since, _one("meta_occupancy", candidate), best, named)
+            )
+    return conflicts
+
+
+def _one(action: Action, m: SemanticMap) -> tuple[Proposal, ...]:
+    return (Proposal("p1", action, True, m),)
+
+
+def _question(
+    correction: str, rooms: Sequence[str], since: str, proposals: tuple[Proposal, ...], best: Attempt, named: Naming
+) -> Conflict:
+    between = named.rooms(rooms, best.transfer.candidate)
+    summary = f"Since mission {since} the robot finds an open way where the map keeps {between} apart."
+    id_ = named.id_of("connectivity", [correction])
+    return Conflict(id_, "connectivity", "new_passage", _scores(rooms, best), (), (), summary, False, proposals)
+
+
+def _drift(drift: Drift, candidate: SemanticMap, named: Naming) -> Conflict:
+    room = candidate.room(drift.room)
+    name = room.name if room is not None else drift.room
+    score = RoomScore(drift.room, name, drift.precision, drift.recall, passed=True)
+    summary = f"{name} has slid {100 * drift.slid_m:.0f} cm against the other rooms since somebody last confirmed it."
+    return Conflict(named.id_of("drift", [drift.room]), "drift", "drift", (score,), (), (), summary, False)
+
+
+def wrong_map(previous: SemanticMap, mission_id: str, reason: str) -> Conflict:
+    """A mission that does not show this floor, or not as it is."""
+    id_ = Naming(previous, mission_id).id_of("wrong_map", [])
+    return Conflict(id_, "wrong_map", "unknown", (), (), (), reason, False)

@@ -71,6 +71,17 @@ class Params:
     meta_thickness_m: float = 0.10
     """Of the walls that meta-occupancy puts back."""
 
+    contradicted_missions: int = 5
+    """A correction that so many missions contradicted becomes a question to the owner."""
+    shape_overlap: float = 0.6
+    """A room that passed, but of which precision or recall is lower than this, changed its shape a lot."""
+
+    # -- drift --
+    drift_recall: float = 0.9
+    """A room of whose anchor less than this is left,"""
+    drift_m: float = 0.25
+    """and that slid farther than this against the others, has drifted."""
+
     # -- discovery --
     growth_area_m2: float = 1.0
     """New floor beyond all rooms that is looked at: less is an alcove that furniture hid."""

@@ -19,9 +19,9 @@ from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
 from stillroom.maps.mission import Mission
 from stillroom.maps.semantics import Ids, Room, SemanticMap
 from stillroom.pipeline.cells import cells_in
-from stillroom.pipeline.conflicts import RoomScore
 from stillroom.pipeline.obstacles import Gap, band, filled, find_gaps
 from stillroom.pipeline.params import Params
+from stillroom.pipeline.scores import RoomScore
 from stillroom.pipeline.transfer import Transfer
 from stillroom.pipeline.walls import clutter_features
 

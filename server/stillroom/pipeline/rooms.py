@@ -112,7 +112,7 @@ def new_rooms(polygons: Sequence[Polygon], mission_id: str | None, ids: Ids) -> 
     """Rooms that nobody has named yet, with new ids."""
     fresh, ids = ids.take("r", len(polygons))
     rooms = tuple(
-        Room(room_id, f"Room {_number(room_id)}", segment_id(room_id), polygon, last_visited=mission_id)
+        Room(room_id, f"Room {_number(room_id)}", segment_id(room_id), polygon, last_visited=mission_id, anchor=polygon)
         for room_id, polygon in zip(fresh, polygons, strict=True)
     )
     return rooms, ids

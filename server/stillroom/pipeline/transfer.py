@@ -16,6 +16,7 @@ from stillroom.maps.grid import GridFrame, OccupancyGrid, look_up
 from stillroom.maps.meta import MapMeta, MetaDivider
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
+from stillroom.pipeline.anchor import carry_anchors
 from stillroom.pipeline.dividers import Adrift, attach, attach_path, centre
 from stillroom.pipeline.obstacles import SUBPIXEL, classify_obstacles, corrected, drawn, is_shut
 from stillroom.pipeline.params import Params
@@ -57,8 +58,10 @@ def track(previous: SemanticMap, motion: Motion, frame: GridFrame) -> SemanticMa
         lambda points: motion.apply(as_points(points)),
     )
     rooms = tuple(
-        replace(room, polygon=moved if moved.is_valid else _largest(shapely.make_valid(moved), room.polygon))
-        for room, moved in zip(previous.rooms, polygons, strict=True)
+        replace(
+            room, polygon=moved if moved.is_valid else _largest(shapely.make_valid(moved), room.polygon), anchor=anchor
+        )
+        for room, moved, anchor in zip(previous.rooms, polygons, carry_anchors(previous.rooms, motion), strict=True)
     )
     return replace(
         previous,

@@ -16,13 +16,15 @@ from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Ids, SemanticMap
 from stillroom.pipeline.adoption import RobotSemantics, adopt_map
 from stillroom.pipeline.alignment import align
-from stillroom.pipeline.conflicts import Conflict, RoomScore, score_rooms
+from stillroom.pipeline.conflicts import Conflict, Proposal, detect_conflicts, loss, wrong_map
 from stillroom.pipeline.discovery import Discovery, discover
 from stillroom.pipeline.params import PARAMS, Params
+from stillroom.pipeline.plausibility import Plausibility, plausibility
 from stillroom.pipeline.registration import Registration, register
 from stillroom.pipeline.resolution import Attempt, name_corrections, resolve_conflicts, settle
 from stillroom.pipeline.resolution import ResolverName as ResolverName
 from stillroom.pipeline.restrictions import carry_restrictions
+from stillroom.pipeline.scores import RoomScore, score_rooms
 from stillroom.pipeline.transfer import Transfer, track, transfer_semantics
 
 Outcome = Literal["created", "updated", "resolved", "needs_review", "reverted", "parked"]
@@ -105,7 +107,7 @@ def update_map(
         if mission.motion is None:
             registered = register(previous, mission.grid, params)
             if not (trust_registration or registered.found(params)):
-                return _parked(previous, registered)
+                return _parked(previous, mission, registered)
             motion = registered.motion
         else:
             motion = align(previous, mission.motion, mission.grid, params.alignment_reach_m, params).motion
@@ -113,6 +115,9 @@ def update_map(
         tracked = track(previous, motion, mission.grid.frame)
         # what this mission did not see may lie beyond its grid
         grid = mission.grid.covering(_corners(tracked))
+        shown = plausibility(tracked, grid, params)
+        if shown.other_floor(params) or shown.wrecked(params):
+            return _implausible(previous, mission, shown, trust_registration, params)
 
     def carried(meta: MapMeta, discovered: Sequence[Line] = ()) -> Attempt:
         transfer = transfer_semantics(tracked, grid, mission.id, params, meta, discovered)
@@ -134,7 +139,9 @@ def update_map(
         named = name_corrections(transfer.candidate, tracked.meta, mission)
         best = replace(best, transfer=replace(transfer, candidate=replace(named, restrictions=restrictions)))
         broken = violations(best.transfer.candidate, transfer.grid, params.wall_reach_m)
-    return decide(previous, motion, best, _ablation(first, attempts), broken)
+    with stage("conflicts"):
+        conflicts = detect_conflicts(previous, first, best, mission.id, is_valid(best, broken), params)
+    return decide(previous, motion, best, _ablation(first, attempts), broken, conflicts)
 
 
 def _opened(
@@ -164,29 +171,50 @@ def _corners(tracked: SemanticMap) -> Points:
     return as_points(shapely.get_coordinates([room.polygon for room in tracked.rooms]))
 
 
-def _parked(previous: SemanticMap, registered: Registration) -> MapUpdate:
+def _parked(previous: SemanticMap, mission: Mission, registered: Registration) -> MapUpdate:
     sure = f"{registered.share:.0%} of its walls fit at best"
     if registered.rival > PARAMS.registration_margin * registered.share:
         sure += ", in more than one place"
     reason = f"The robot did not say how its map moved, and this does not look like this floor ({sure})."
-    return MapUpdate("parked", previous, taken=False, reason=reason)
+    conflict = wrong_map(previous, mission.id, reason)
+    return MapUpdate("parked", previous, taken=False, reason=reason, conflicts=(conflict,))
+
+
+def _implausible(
+    previous: SemanticMap, mission: Mission, shown: Plausibility, placed: bool, params: Params
+) -> MapUpdate:
+    """Another floor waits for a person to say which, unless a person has said so already; a wrecked grid is no map."""
+    other = shown.other_floor(params)
+    if other:
+        reason = f"This does not look like this floor: {shown.walls_found:.0%} of its walls were found again."
+    else:
+        reason = f"The previous map was kept: {shown.walls_twice:.0%} of the walls are on the new map twice."
+    conflict = wrong_map(previous, mission.id, reason)
+    outcome: Outcome = "parked" if other and not placed else "reverted"
+    return MapUpdate(outcome, previous, taken=False, reason=reason, conflicts=(conflict,))
 
 
 def decide(
-    previous: SemanticMap, motion: Motion, best: Attempt, ablation: Ablation, broken: Sequence[Violation]
+    previous: SemanticMap,
+    motion: Motion,
+    best: Attempt,
+    ablation: Ablation,
+    broken: Sequence[Violation],
+    conflicts: Sequence[Conflict],
 ) -> MapUpdate:
     """Update or revert: the candidate is taken where every previous room was carried over and every constraint holds."""
     transfer, rooms = best.transfer, best.scores
-    taken = not best.failed and not broken
-    resolved = taken and transfer.candidate.meta != MapMeta.EMPTY
+    taken = is_valid(best, broken)
+    choices = [proposal for conflict in conflicts for proposal in conflict.proposals]
     return MapUpdate(
-        outcome="resolved" if resolved else "updated" if taken else "reverted",
+        outcome=_outcome(taken, transfer.candidate.meta, choices),
         map=transfer.candidate if taken else previous,
         taken=taken,
         reason=_reason(rooms, broken, transfer),
         succeeded_at=next((row for row in ROWS if getattr(ablation, row)), None) if taken else None,
         ablation=ablation,
         rooms=rooms,
+        conflicts=tuple(conflicts),
         discovered=transfer.new_rooms if taken else (),
         motion=motion,
         candidate=transfer.candidate,
@@ -194,24 +222,26 @@ def decide(
     )
 
 
+def is_valid(best: Attempt, broken: Sequence[Violation]) -> bool:
+    return not best.failed and not broken
+
+
+def _outcome(taken: bool, meta: MapMeta, choices: Sequence[Proposal]) -> Outcome:
+    if taken:
+        return "updated" if meta == MapMeta.EMPTY else "resolved"
+    return "needs_review" if any(choice.action != "keep_previous" for choice in choices) else "reverted"
+
+
 def _reason(rooms: Sequence[RoomScore], broken: Sequence[Violation], transfer: Transfer) -> str:
     lost = [room for room in rooms if not room.passed]
     if lost:
-        said = ", ".join(_loss(room) for room in lost)
+        said = ", ".join(loss(room) for room in lost)
         return f"The previous map was kept: {said}."
     if broken:
         return f"The previous map was kept: the new one would break a rule ({broken[0].constraint})."
     new = len(transfer.new_rooms)
     found = f" {new} new room{'s' * (new != 1)} found." if new else ""
     return "All rooms were carried over." + found
-
-
-def _loss(room: RoomScore) -> str:
-    if room.recall == 0:
-        return f"{room.name} was not found again"
-    if room.recall <= room.precision:
-        return f"{1 - room.recall:.0%} of {room.name} is gone"
-    return f"{room.name} ran into its surroundings, only {room.precision:.0%} of it was {room.name} before"
 
 
 def _warnings(previous: SemanticMap, transfer: Transfer, broken: Sequence[Violation]) -> tuple[str, ...]:

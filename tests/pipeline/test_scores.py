@@ -7,7 +7,7 @@ from shapely import Polygon
 
 from stillroom.maps.grid import GridFrame
 from stillroom.maps.semantics import Room, SemanticMap
-from stillroom.pipeline.conflicts import RoomScore, score_rooms
+from stillroom.pipeline.scores import RoomScore, score_rooms
 from stillroom.pipeline.params import PARAMS
 from tests.drawing import rectangle
 
