@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import radians, sqrt
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -16,6 +17,10 @@ BLEND_M = 1.5
 """Sub-maps give way to each other over about this distance."""
 PERSISTENCE = 0.85
 """How much of a sub-map's offset is left after one mission."""
+
+_MANY = 20_000
+_LATTICE_M = 0.2
+_ROW = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +48,20 @@ class Distortion:
         return straight
 
     def _offset(self, points: Points) -> Points:
+        return self._interpolated(points) if len(points) > _MANY else self._exact(points)
+
+    def _interpolated(self, points: Points) -> Points:
+        """Of very many points, to less than a millimetre: between the nodes of a lattice over them."""
+        low = points.min(0)
+        columns, rows = (np.ceil((points.max(0) - low) / _LATTICE_M).astype(int) + 2).tolist()
+        nodes = low + np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1).reshape(-1, 2) * _LATTICE_M
+        offsets = self._exact(nodes).reshape(rows, columns, 2).astype(np.float32)
+        padded = np.pad((points - low) / _LATTICE_M, ((0, -len(points) % _ROW), (0, 0)))
+        where_x, where_y = padded.T.astype(np.float32)
+        found = cv2.remap(offsets, where_x.reshape(-1, _ROW), where_y.reshape(-1, _ROW), cv2.INTER_LINEAR)
+        return np.asarray(found.reshape(-1, 2)[: len(points)], np.float64)
+
+    def _exact(self, points: Points) -> Points:
         # each sub-map moves p by (R - 1)(p - centre) + shift, which is linear in p: what depends on the sub-map is summed first
         sine, cosine = np.sin(self.turns), np.cos(self.turns) - 1.0
         x, y = self.centres.T

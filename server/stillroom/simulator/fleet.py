@@ -20,8 +20,8 @@ from stillroom.simulator.homes import Home
 from stillroom.simulator.mapping import Sensed, sense
 from stillroom.simulator.tracking import form_of, track_map
 
-_SLIVER_CELLS = 6
-"""What was seen is wider than this: 15 cm."""
+_SLIVER_CELLS = 5
+"""What was seen is as wide as this at least: 12 cm."""
 _OTHER = 1_000_003
 """From a home's seed to that of the other floor."""
 

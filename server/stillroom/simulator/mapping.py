@@ -119,7 +119,8 @@ def _ended(frame: GridFrame, hits: npt.NDArray[np.float64], real: npt.NDArray[np
     cells = np.floor(frame.to_cells(hits.reshape(-1, 2))).astype(np.int64)
     scan = np.repeat(np.arange(len(hits)), hits.shape[1])
     size = frame.width * frame.height
-    once = np.unique((scan * size + cells[:, 1] * frame.width + cells[:, 0])[real.ravel()])
+    seen = np.sort((scan * size + cells[:, 1] * frame.width + cells[:, 0])[real.ravel()])
+    once = seen[np.diff(seen, prepend=-1) > 0]
     return np.bincount(once % size, minlength=size).reshape(frame.height, frame.width)
 
 

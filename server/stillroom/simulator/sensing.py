@@ -1,5 +1,6 @@
 """What a robot senses of a home: where it gets to, and the range scans that it takes there."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -22,6 +23,8 @@ RAYS = 600
 RANGE_M = 7.0
 TRUTH_RESOLUTION_M = 0.025
 """Of the raster that scans are taken in."""
+_CHUNK = 40
+"""Cells along a ray that are looked at in one go."""
 _STEP_CELLS = 4
 _SUBPIXEL_BITS = 4
 
@@ -83,14 +86,19 @@ def _threshold(door: Door) -> Polygon:
 
 
 def fill(image: npt.NDArray[np.uint8], frame: GridFrame, polygon: Polygon, value: int) -> None:
-    """Draws a polygon without holes into an image whose row 0 is the lowest y."""
-    fill_ring(image, frame.to_cells(shapely.get_coordinates(polygon.exterior)), value)
+    """Draws a polygon, but for its holes, into an image whose row 0 is the lowest y."""
+    rings = [frame.to_cells(shapely.get_coordinates(ring)) for ring in (polygon.exterior, *polygon.interiors)]
+    _fill(image, rings, value)
 
 
 def fill_ring(image: npt.NDArray[np.uint8], corners: Points, value: int) -> None:
-    """The same, of a ring (n, 2) in continuous cell coordinates."""
-    scaled = np.round((corners - 0.5) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
-    cv2.fillPoly(image, [scaled], value, shift=_SUBPIXEL_BITS)
+    """Draws what lies in a ring (n, 2) in continuous cell coordinates."""
+    _fill(image, [corners], value)
+
+
+def _fill(image: npt.NDArray[np.uint8], rings: Sequence[Points], value: int) -> None:
+    scaled = [np.round((ring - 0.5) * (1 << _SUBPIXEL_BITS)).astype(np.int32) for ring in rings]
+    cv2.fillPoly(image, scaled, value, shift=_SUBPIXEL_BITS)
 
 
 def route(world: World, floor: Floor, rng: Generator) -> Points:
@@ -153,12 +161,14 @@ def take_scans(floor: Floor, places: Points) -> Scans:
     offsets = np.round(np.arange(1, reach + 1)[None, :, None] * directions[:, None]).astype(np.int64)
     flat = (offsets[..., 1] * padded.shape[1] + offsets[..., 0]).astype(np.int32)
     around = padded.ravel()
-    ranges = np.empty((len(places), RAYS))
-    for i, start in enumerate(starts.tolist()):
-        blocked = around[start + flat]
-        first = blocked.argmax(1)
-        ranges[i] = np.where(blocked[np.arange(RAYS), first], (first + 1) * TRUTH_RESOLUTION_M, np.inf)
-    return Scans(floor.centres(cells[:, ::-1]), ranges)
+    ranges = np.full(len(places) * RAYS, np.inf)
+    going = np.arange(len(ranges))
+    for done in range(0, reach, _CHUNK):
+        blocked = around[starts[going // RAYS, None] + flat[going % RAYS, done : done + _CHUNK]]
+        ends = blocked.any(1)
+        ranges[going[ends]] = (done + blocked[ends].argmax(1) + 1) * TRUTH_RESOLUTION_M
+        going = going[~ends]
+    return Scans(floor.centres(cells[:, ::-1]), ranges.reshape(len(places), RAYS))
 
 
 def _directions() -> Points:

@@ -1,11 +1,12 @@
 """A served map against the home as it is. Judged only where the robot has ever been, and in rooms, not in doorways:
 what lies under furniture counts neither for nor against."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
@@ -14,6 +15,8 @@ from stillroom.simulator.distortion import Distortion
 from stillroom.simulator.homes import Home, carried
 from stillroom.simulator.sensing import fill
 
+Labels = npt.NDArray[np.uint8]
+"""Shape (height, width): numbers of polygons, 0 for none."""
 PASS = 0.5
 """A room is where it should be when precision and recall are both higher than this (paper, section V)."""
 _EXPLORED_M2 = 0.5
@@ -68,25 +71,33 @@ def fit(home: Home, frame: GridFrame, explored: Mask, document: Mapping[str, Any
     """A map document, whose frame is bent by `distortion`, against the home;
     `explored`, on `frame`, is where its robot has been."""
     served = {f["id"]: f for f in document["features"] if f["properties"]["semantic"] == "room"}
-    masks = {key: draw(frame, straightened(f["geometry"]["coordinates"], distortion)) for key, f in served.items()}
-    truth = {room.name: draw(frame, room.polygon) & explored for room in home.rooms}
-    judged = np.any(list(truth.values()), axis=0)
-    masks = {key: mask & judged for key, mask in masks.items()}
+    shapes = [straightened(f["geometry"]["coordinates"], distortion) for f in served.values()]
+    common = _common(numbered(frame, [room.polygon for room in home.rooms]), numbered(frame, shapes), explored)
+    common = np.pad(common, ((0, len(home.rooms) + 1 - len(common)), (0, len(shapes) + 1 - common.shape[1])))
+    true_sizes, served_sizes = common[1:].sum(1), common[1:].sum(0)
     names = {f["properties"]["name"]: key for key, f in served.items()}
     fits = []
-    for name, true in truth.items():
-        if true.sum() * frame.resolution**2 < _EXPLORED_M2:
+    for i, room in enumerate(home.rooms):
+        if true_sizes[i] * frame.resolution**2 < _EXPLORED_M2:
             continue
-        overlaps = {key: overlap(key, true, mask) for key, mask in masks.items()}
+        overlaps = {
+            key: _overlap(key, int(common[i + 1, j]), int(true_sizes[i]), int(served_sizes[j]))
+            for j, key in enumerate(served, 1)
+        }
         best = max(overlaps.values(), key=lambda o: o.iou, default=Overlap("", 0.0, 0.0, 0.0))
-        fits.append(RoomFit(name, best, overlaps.get(names.get(name, ""))))
+        fits.append(RoomFit(room.name, best, overlaps.get(names.get(room.name, ""))))
     return MapFit(tuple(fits))
 
 
-def overlap(key: str, true: Mask, served: Mask) -> Overlap:
-    both, both_or_one = int((true & served).sum()), int((true | served).sum())
-    only = max(int(served.sum()), 1), max(int(true.sum()), 1)
-    return Overlap(key, both / only[0], both / only[1], both / max(both_or_one, 1))
+def _common(true: Labels, served: Labels, explored: Mask) -> npt.NDArray[np.int64]:
+    """How many explored cells each pair of numbers shares, shape (highest of `true` + 1, highest of `served` + 1)."""
+    width = int(served.max()) + 1
+    pairs = np.bincount(true[explored].astype(np.int64) * width + served[explored], minlength=width)
+    return np.pad(pairs, (0, -len(pairs) % width)).reshape(-1, width)
+
+
+def _overlap(key: str, both: int, true: int, served: int) -> Overlap:
+    return Overlap(key, both / max(served, 1), both / max(true, 1), both / max(true + served - both, 1))
 
 
 def straightened(rings: list[list[list[float]]], distortion: Distortion) -> Polygon:
@@ -95,10 +106,9 @@ def straightened(rings: list[list[list[float]]], distortion: Distortion) -> Poly
     return carried(bent, distortion.undo)
 
 
-def draw(frame: GridFrame, polygon: Polygon) -> Mask:
-    """The cells of a polygon, without its holes."""
+def numbered(frame: GridFrame, polygons: Sequence[Polygon]) -> Labels:
+    """The cells of each polygon, without its holes, have its number, from 1 on."""
     image = np.zeros((frame.height, frame.width), np.uint8)
-    fill(image, frame, polygon, 1)
-    for hole in polygon.interiors:
-        fill(image, frame, Polygon(hole), 0)
-    return np.asarray(image > 0)
+    for number, polygon in enumerate(polygons, 1):
+        fill(image, frame, polygon, number)
+    return image
