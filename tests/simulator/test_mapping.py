@@ -28,9 +28,7 @@ def straight(home: Home) -> Distortion:
     return distortion_at(home, 0, Effects.NONE, Streams(0))
 
 
-def sensed(
-    home: Home, effects: Effects = Effects.NONE, mission: int = 0, shut: frozenset[str] = frozenset()
-) -> Sensed:
+def sensed(home: Home, effects: Effects = Effects.NONE, mission: int = 0, shut: frozenset[str] = frozenset()) -> Sensed:
     return sense(World(home, shut), straight(home), mission, RESOLUTION, effects, Streams(3))
 
 

@@ -65,15 +65,15 @@ def apply_edits(previous: SemanticMap, operations: Sequence[Operation], params: 
     return finish(draft, (), params)
 
 
-def finish(draft: Draft, ended: Sequence[Room], params: Params) -> EditResult:
-    """The draft as a map: floor, ends of dividers, rooms. `ended`: rooms that may come back. Raises InvalidEdit."""
+def finish(draft: Draft, back: Sequence[Room], params: Params) -> EditResult:
+    """The draft as a map: floor, ends of dividers, rooms. `back`: rooms as they were (see match_rooms). Raises InvalidEdit."""
     previous = draft.previous
     floor_before = floor_of(previous.rooms)
     draft, floor = cut_phantoms(draft, floor_before, params)
     draft = attach_drawn(draft, floor, params)
     check_untouched(draft, floor, floor_before)
     pieces = partition(floor, draft.lines(), params.face_area_m2)
-    matched = match_rooms(previous.rooms, pieces, draft.ids, ended)
+    matched = match_rooms(previous.rooms, pieces, draft.ids, back)
     rooms, ids = with_settings(matched, draft.settings), matched.ids
     walls, clutter = previous.walls, previous.clutter
     if floor is not floor_before:

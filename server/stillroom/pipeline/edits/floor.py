@@ -15,6 +15,8 @@ from stillroom.pipeline.dividers import SHORTEST_M
 from stillroom.pipeline.edits.draft import END_M, Draft, fault
 from stillroom.pipeline.params import Params
 
+NARROW_M = 0.3
+"""What a phantom leaves beside it and is narrower than this goes with it."""
 AnyDivider = TypeVar("AnyDivider", Divider, MetaDivider)
 
 
@@ -26,25 +28,38 @@ def new_phantoms(draft: Draft) -> tuple[Phantom, ...]:
 def cut_phantoms(draft: Draft, floor: MultiPolygon, params: Params) -> tuple[Draft, MultiPolygon]:
     """The floor outside of the batch's new phantoms, and the draft with its dividers cut back to it.
 
-    Scraps that a phantom leaves, too small to be a room, go with it.
+    Scraps that a phantom leaves, too small or too narrow to be a room, go with it: nobody draws along walls to the centimetre.
     """
     phantoms = new_phantoms(draft)
     if not phantoms:
         return draft, floor
     area = shapely.union_all([Polygon(phantom.shape) for phantom in phantoms])
-    parts = polygons_in(shapely.difference(floor, area, grid_size=GRID_M))
+    parts = polygons_in(_without_slivers(shapely.difference(floor, area, grid_size=GRID_M), area))
     cut = shapely.distance(parts, area) < END_M if parts else []
     kept = [p for p, touched in zip(parts, cut, strict=True) if not touched or p.area >= params.room_area_m2]
     if not kept:
         raise fault("/operations", "Nothing would be left of the map.")
     left = shapely.orient_polygons(MultiPolygon(kept))
     on_floor = shapely.buffer(left, END_M, quad_segs=1)
+    dividers = _cut_back(draft.dividers, on_floor)
+    before = {divider.id: divider.line for divider in draft.dividers}
+    cut_now = {d.id: draft.drawn.get(d.id, "/operations") for d in dividers if d.line != before[d.id]}
+    there = {d.id for d in dividers}
     shortened = replace(
         draft,
-        dividers=_cut_back(draft.dividers, on_floor),
+        dividers=dividers,
         meta_dividers=_cut_back(draft.meta_dividers, on_floor),
+        drawn={d: pointer for d, pointer in draft.drawn.items() if d in there} | cut_now,
     )
     return shortened, left
+
+
+def _without_slivers(floor: shapely.Geometry, area: shapely.Geometry) -> shapely.Geometry:
+    wide = shapely.buffer(
+        shapely.buffer(floor, -NARROW_M / 2, join_style="mitre"), NARROW_M / 2 + GRID_M, join_style="mitre"
+    )
+    slivers = [p for p in polygons_in(shapely.difference(floor, wide)) if shapely.distance(p, area) < END_M]
+    return shapely.difference(floor, shapely.union_all(slivers), grid_size=GRID_M) if slivers else floor
 
 
 def _cut_back(dividers: Sequence[AnyDivider], on_floor: shapely.Geometry) -> tuple[AnyDivider, ...]:

@@ -11,9 +11,6 @@ from stillroom.maps.semantics import Ids, Room
 from stillroom.pipeline.edits.draft import Setting, fault
 from stillroom.pipeline.rooms import new_rooms, overlaps
 
-SAME_SHARE = 0.5
-"""A piece of floor is a room that ended before where more than this share of both is common."""
-
 
 @dataclass(frozen=True)
 class Matched:
@@ -23,37 +20,37 @@ class Matched:
     ids: Ids
 
 
-def match_rooms(previous: Sequence[Room], pieces: Sequence[Polygon], ids: Ids, ended: Sequence[Room] = ()) -> Matched:
+def match_rooms(previous: Sequence[Room], pieces: Sequence[Polygon], ids: Ids, back: Sequence[Room] = ()) -> Matched:
     """Rooms of the new pieces. The larger part of a split keeps the id, the larger room of a merger does.
 
-    `ended`: rooms that may come back with their old ids, as when what ended them is taken back.
+    `back`: rooms as they were before what is being taken back. Those that ended since may come back with their old ids, the others
+    are looked for where they were.
     """
-    common = overlaps([room.polygon for room in previous], pieces)
+    were = {room.id: room for room in back}
+    known = {room.id for room in previous}
+    candidates = [*previous, *(room for room in back if room.id not in known)]
+    common = overlaps([were.get(room.id, room).polygon for room in candidates], pieces)
     goes_to = [int(row.argmax()) if row.any() else None for row in common]
     rooms: list[Room] = []
     retired: dict[str, str | None] = {}
-    for i, room in enumerate(previous):
+    for i, room in enumerate(candidates):
         piece = goes_to[i]
         if piece is None:
             retired[room.id] = None
             continue
-        merged = [k for k in range(len(previous)) if goes_to[k] == piece]
+        merged = [k for k in range(len(candidates)) if goes_to[k] == piece]
         survivor = max(merged, key=lambda k: (common[k, piece], -k))
         if survivor != i:
-            retired[room.id] = previous[survivor].id
+            retired[room.id] = candidates[survivor].id
         else:
-            rooms.append(_survivor(room, [previous[k] for k in merged], common[merged, piece], pieces[piece]))
-    back = list(ended)
+            living = [k for k in merged if candidates[k].id in known] or merged
+            parts = [candidates[k] for k in living]
+            rooms.append(_survivor(room, parts, common[living, piece], pieces[piece]))
     for piece in sorted(set(range(len(pieces))) - {p for p in goes_to if p is not None}):
-        again = _is_again(pieces[piece], back)
-        if again is not None:
-            back.remove(again)
-            rooms.append(_shaped(again, pieces[piece]))
-            continue
         (fresh,), ids = new_rooms([pieces[piece]], None, ids)
-        parent = previous[int(common[:, piece].argmax())]
-        rooms.append(_part_of(parent, fresh, (room.name for room in (*previous, *rooms))))
-    return Matched(tuple(rooms), retired, ids)
+        parent = candidates[int(common[:, piece].argmax())]
+        rooms.append(_part_of(parent, fresh, (room.name for room in (*candidates, *rooms))))
+    return Matched(tuple(rooms), {name: to for name, to in retired.items() if name in known}, ids)
 
 
 def _survivor(
@@ -80,14 +77,6 @@ def _part_of(parent: Room, fresh: Room, taken: Iterable[str]) -> Room:
         pinned=parent.pinned,
         anchor=fresh.polygon,
     )
-
-
-def _is_again(piece: Polygon, ended: Sequence[Room]) -> Room | None:
-    for room in ended:
-        common = shapely.intersection(room.polygon, piece).area
-        if common > SAME_SHARE * max(piece.area, room.polygon.area):
-            return room
-    return None
 
 
 def _shaped(room: Room, after: Polygon) -> Room:

@@ -47,9 +47,9 @@ def undo(
         phantoms=step.zones(draft.phantoms, before.phantoms, edited.phantoms),
         settings=tuple(step.settings(mine, current)),
     )
-    kept = {room.id for room in edited.rooms}
-    ended = [replace(room, polygon=moved_polygon(room.polygon, motion)) for room in before.rooms if room.id not in kept]
-    return finish(draft, ended, params)
+    reshaped = {name for name, of in mine if of in ("shape", "exists")}
+    back = [replace(room, polygon=moved_polygon(room.polygon, motion)) for room in before.rooms if room.id in reshaped]
+    return finish(draft, back, params)
 
 
 @dataclass(frozen=True)
