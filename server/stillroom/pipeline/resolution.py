@@ -195,10 +195,8 @@ def _extent(polygon: Polygon) -> float:
 
 
 def tracked_boundary(attempt: Attempt) -> tuple[MetaDivider, ...]:
-    """The tracked boundary of each lost room, segment by segment, wherever it runs over floor."""
-    floor = attempt.transfer.floor
-    rings = shapely.union_all([room.polygon.exterior for room in attempt.failed_rooms()])
-    return _segments(shapely.intersection(rings, floor, grid_size=GRID_M))
+    """The whole tracked boundary of each lost room, segment by segment."""
+    return _segments(shapely.union_all([room.polygon.exterior for room in attempt.failed_rooms()], grid_size=GRID_M))
 
 
 def parting(attempt: Attempt) -> tuple[MetaDivider, ...]:
@@ -221,7 +219,7 @@ def _segments(lines: shapely.Geometry) -> tuple[MetaDivider, ...]:
         MetaDivider("", as_line(points[k : k + 2]), (), "")
         for points in (np.round(shapely.get_coordinates(part), 3) for part in merged)
         for k in range(len(points) - 1)
-        if np.hypot(*(points[k + 1] - points[k])) > GRID_M
+        if np.hypot(*(points[k + 1] - points[k])) > GRID_M / 2
     )
 
 

@@ -196,7 +196,12 @@ def _attach_meta(
     ends = [end for d in meta for end in d.line]
     lines = [d.line for d in dividers]
     for d in meta:
-        path = attach_path(as_points(d.line), floor, lines, params.divider_reach_m, [ends.count(e) > 1 for e in d.line])
+        meets = [ends.count(end) > 1 for end in d.line]
+        path = (
+            as_points(d.line)
+            if all(meets)
+            else attach_path(as_points(d.line), floor, lines, params.divider_reach_m, meets)
+        )
         if path is not None:
             placed.append(replace(d, line=as_line(path)))
     return tuple(placed)
@@ -241,7 +246,9 @@ def _identify(
             taken.add(best)
     rest = [j for j in range(len(pieces)) if j not in taken]
     large = [j for j in rest if pieces[j].area >= params.room_area_m2]
-    names = list(shapes)
+    fresh, ids = new_rooms([pieces[j] for j in large], mission_id, ids)
+    names = [*shapes, *(room.id for room in fresh)]
+    shapes.update((room.id, room.polygon) for room in fresh)
     joined = absorb([shapes[name] for name in names], [pieces[j] for j in rest if j not in large])
     shapes.update(zip(names, joined, strict=True))
     kept = tuple(
@@ -249,7 +256,9 @@ def _identify(
         for room in tracked.rooms
         if room.id in shapes
     )
-    fresh, ids = new_rooms([pieces[j] for j in large], mission_id, ids)
     parents = [tracked.rooms[owner[j]].id if common[:, j].sum() >= NEW_SHARE * pieces[j].area else None for j in large]
-    fresh = tuple(replace(room, derived_from=parent) for room, parent in zip(fresh, parents, strict=True))
+    fresh = tuple(
+        replace(room, polygon=shapes[room.id], anchor=shapes[room.id], derived_from=parent)
+        for room, parent in zip(fresh, parents, strict=True)
+    )
     return kept + fresh, tuple(room.id for room in fresh), ids
