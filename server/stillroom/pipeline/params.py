@@ -97,15 +97,15 @@ class Params:
     """The same where the robot tracked nothing."""
     alignment_inlier_m: float = 0.10
     registration_certain: float = 0.85
-    """Where the walls in sight lie as before to this share, no other pose is tried."""
+    """Where the walls in sight lie as before to this share, and nothing speaks against it, no other pose is tried."""
     registration_seen: float = 0.3
-    """Of the walls known so far, so many must be in sight for that."""
-    registration_share: float = 0.4
-    """A frame counts as found where this share of the walls lies within `alignment_inlier_m` of where it puts them,"""
+    """Of the walls known so far, so many must be in sight for that,"""
     registration_floor: float = 0.74
-    """this share of the larger floor is common,"""
-    registration_margin: float = 0.5
-    """and no other pose reaches more than this part of its share."""
+    """and so much of the smaller floor be common."""
+    registration_fit: float = 0.53
+    """A frame counts as found where a pose fits as well as this; another home reaches 0.40, another floor within the same walls 0.50,"""
+    registration_margin: float = 0.65
+    """and no other pose reaches more than this part of its fit."""
 
     # -- plausibility --
     plausible_length_m: float = 5.0

@@ -11,23 +11,24 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
-import shapely
 
 from stillroom.maps.geometry import Points, Pose, as_points
-from stillroom.maps.grid import Cell, GridFrame, Mask, OccupancyGrid, look_up
+from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid, look_up
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.alignment import SAMPLE_M, WallSamples, sample_walls
-from stillroom.pipeline.cells import nearest_cells
+from stillroom.pipeline.evidence import (
+    FOUND_M,
+    faces_of_obstacles,
+    floor_cells,
+    grown,
+    known_cells,
+    large_pieces,
+    look_for_walls,
+)
 from stillroom.pipeline.params import Params
 
-FOUND_M = 0.15
-"""A wall is found again where an obstacle lies within this distance, and the obstacle is not new."""
-DOORWAY_M = 0.25
-"""Obstacles this near to a divider are a door, or what stands in the doorway."""
 ROOM_SIDE_M = 0.20
 """A wall's own side is free so far away from it."""
-PIECE_M = 0.50
-"""An obstacle smaller than this is no wall."""
 COPY_M = 0.10
 """A wall is there a second time where new obstacles lie within this distance of its copy."""
 COPY_TURNS_DEG = np.arange(-15.0, 15.1, 2.5)
@@ -73,13 +74,13 @@ class Plausibility:
 def plausibility(tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> Plausibility:
     """Compares `tracked`, the previous map moved into the mission's frame (aligned), with the mission's grid."""
     samples = sample_walls([as_points(wall.line) for wall in tracked.walls if wall.kind == "wall"])
-    found, seen = _found(samples, grid)
-    floor = _floor(tracked, grid.frame)
+    found, seen = look_for_walls(samples, grown(grid.occupied, FOUND_M, grid.frame), grid)
+    floor = floor_cells(tracked, grid.frame)
     floor_known = float((grid.free & floor).sum() / max(int(grid.free.sum()), 1))
     in_sight_m = float(seen.sum()) * SAMPLE_M
     if in_sight_m == 0:
         return Plausibility(floor_known, 0.0, 0.0, 0.0, 0.0)
-    new = _border(grid) & ~_known(tracked, grid.frame)
+    new = faces_of_obstacles(grid) & ~known_cells(tracked, grid.frame)
     twice = 0.0
     if float(new.sum()) * grid.frame.resolution >= params.plausible_twice * in_sight_m:
         twice = _copied(samples.where(seen), grid, new)
@@ -87,62 +88,14 @@ def plausibility(tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> P
         floor_known=floor_known,
         in_sight_m=in_sight_m,
         walls_found=float(found.sum() / seen.sum()),
-        walls_new=_length(new & floor, grid.frame) / in_sight_m,
+        walls_new=float(large_pieces(new & floor, grid.frame).sum()) * grid.frame.resolution / in_sight_m,
         walls_twice=twice,
     )
 
 
-def _found(samples: WallSamples, grid: OccupancyGrid) -> tuple[Mask, Mask]:
-    """Which wall samples are found again, and which are in sight: those, and the others where the grid is free right through the wall."""
-    near = _grown(grid.occupied, FOUND_M, grid.frame)
-
-    def cell_at(beyond_m: float) -> npt.NDArray[np.uint8]:
-        return look_up(grid.cells, grid.frame.to_cells(samples.points + beyond_m * samples.normals), Cell.UNEXPLORED)
-
-    close = look_up(near, grid.frame.to_cells(samples.points), False)
-    found = close & (cell_at(-FOUND_M) != Cell.UNEXPLORED)
-    gone = ~close & (cell_at(0.0) == Cell.FREE) & (cell_at(FOUND_M) == Cell.FREE)
-    return found, found | gone
-
-
-def _border(grid: OccupancyGrid) -> Mask:
-    """Obstacles where they can be touched: filled ones count as much as those of which only the face is seen."""
-    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    return grid.occupied & (cv2.dilate(grid.free.view(np.uint8), cross) > 0)
-
-
-def _known(tracked: SemanticMap, frame: GridFrame) -> Mask:
-    """Cells in which obstacles are nothing new: near walls, doorways and clutter."""
-    known = np.zeros((frame.height, frame.width), np.uint8)
-    walls = [nearest_cells(as_points(wall.line), frame) for wall in tracked.walls]
-    cv2.polylines(known, walls, False, 1, 2 * _cells(FOUND_M, frame) + 1)
-    doorways = [nearest_cells(as_points(divider.line), frame) for divider in tracked.dividers]
-    cv2.polylines(known, doorways, False, 1, 2 * _cells(DOORWAY_M, frame) + 1)
-    rings = [nearest_cells(shapely.get_coordinates(clutter.polygon.exterior), frame) for clutter in tracked.clutter]
-    for ring in rings:
-        cv2.fillPoly(known, [ring], 1)
-    cv2.polylines(known, rings, True, 1, 2 * _cells(FOUND_M, frame) + 1)
-    return known > 0
-
-
-def _floor(tracked: SemanticMap, frame: GridFrame) -> Mask:
-    floor = np.zeros((frame.height, frame.width), np.uint8)
-    for room in tracked.rooms:
-        cv2.fillPoly(floor, [nearest_cells(shapely.get_coordinates(room.polygon.exterior), frame)], 1)
-    return floor > 0
-
-
-def _length(mask: Mask, frame: GridFrame) -> float:
-    """Metres of wall in a mask, in pieces as large as `PIECE_M`: smaller ones are the legs of furniture."""
-    _, _, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
-    large = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) * frame.resolution >= PIECE_M
-    large[0] = False
-    return float(stats[large, cv2.CC_STAT_AREA].sum()) * frame.resolution
-
-
 def _copied(samples: WallSamples, grid: OccupancyGrid, new: Mask) -> float:
     """The largest share of the walls that new obstacles repeat under one rigid motion, near the walls themselves."""
-    near = _grown(new, COPY_M, grid.frame)
+    near = grown(new, COPY_M, grid.frame)
     ranked = sorted(_motions(samples.points, grid.frame, new), key=lambda entry: -entry[0])
     return max(_repeated(samples, pose, grid, near) for _, pose in ranked[:CANDIDATES])
 
@@ -180,14 +133,3 @@ def _motions(points: Points, frame: GridFrame, new: Mask) -> Iterator[tuple[floa
         row, column = np.unravel_index(match.argmax(), match.shape)
         shift = Pose(float(column - reach) * CELL_M, float(row - reach) * CELL_M)
         yield float(match[row, column]), shift.after(about)
-
-
-def _cells(length_m: float, frame: GridFrame) -> int:
-    return max(1, round(length_m / frame.resolution))
-
-
-def _grown(mask: Mask, reach_m: float, frame: GridFrame) -> Mask:
-    """The cells within `reach_m` of those of `mask`."""
-    across = 2 * _cells(reach_m, frame) + 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, across))
-    return cv2.dilate(mask.view(np.uint8), disc) > 0

@@ -23,7 +23,7 @@ class Candidate:
     share: float
     """Of the floor's walls that lie where the mission has walls, at best."""
     fit: float
-    """The same times the share of the floor that is common: what candidates are compared by."""
+    """How well it fits in all: what candidates are compared by."""
     certain: bool
 
 
@@ -65,7 +65,7 @@ def _candidate(of: MapRow, row: VersionRow, grid: OccupancyGrid) -> Candidate:
         rooms=len(semantic_map.rooms),
         restrictions=len(semantic_map.restrictions),
         share=round(registered.share, 3),
-        fit=registered.share * registered.floor,
+        fit=registered.fit,
         certain=registered.found(PARAMS),
     )
 
