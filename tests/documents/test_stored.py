@@ -7,13 +7,13 @@ from typing import TypeVar
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from shapely import Polygon
+from shapely import LineString, Polygon
 
 from stillroom.documents import stored
 from stillroom.documents.stored import decode_ids, decode_map, decode_motion, encode_ids, encode_map, encode_motion
 from stillroom.maps.geometry import Pose, as_points
 from stillroom.maps.grid import GridFrame
-from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
+from stillroom.maps.meta import Declined, MapMeta, MetaDivider, MetaOccupancy
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Clutter, Divider, Ids, Phantom, Restriction, Room, SemanticMap, Wall
 
@@ -85,6 +85,13 @@ maps = st.builds(
         MapMeta,
         several(st.builds(MetaOccupancy, name, polygons(), st.sampled_from(["occupied", "free"]), name)),
         several(st.builds(MetaDivider, name, line, st.lists(name, max_size=2).map(tuple), name)),
+        several(
+            st.builds(
+                Declined,
+                polygons() | line.map(LineString),
+                st.none() | st.just("2026-11-29T08:41:00Z"),
+            )
+        ),
     ),
     phantoms=several(st.builds(Phantom, name, st.lists(point, min_size=3, max_size=5).map(tuple))),
     ids=st.builds(Ids, st.just("2-"), st.just((("d", 4), ("r", 7)))),

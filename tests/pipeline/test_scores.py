@@ -7,8 +7,8 @@ from shapely import Polygon
 
 from stillroom.maps.grid import GridFrame
 from stillroom.maps.semantics import Room, SemanticMap
-from stillroom.pipeline.scores import RoomScore, score_rooms
 from stillroom.pipeline.params import PARAMS
+from stillroom.pipeline.scores import RoomScore, score_rooms
 from tests.drawing import rectangle
 
 FRAME = GridFrame(0.05, 200, 200)

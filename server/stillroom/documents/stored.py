@@ -8,18 +8,18 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from shapely import Polygon
+from shapely import LineString, Polygon
 
 from stillroom.maps.geometry import Point, Pose, as_points
 from stillroom.maps.grid import GridFrame
-from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
+from stillroom.maps.meta import Declined, MapMeta, MetaDivider, MetaOccupancy
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Clutter, Divider, Ids, Phantom, Restriction, Room, SemanticMap, Wall
 
 Json = dict[str, Any]
 Rings = list[list[list[float]]]
 
-FORMAT = 3
+FORMAT = 4
 
 
 def _with_anchors(document: Json) -> Json:
@@ -30,7 +30,11 @@ def _with_kinds_and_phantoms(document: Json) -> Json:
     return document | {"rooms": [room | {"kind": None} for room in document["rooms"]], "phantoms": []}
 
 
-UPGRADES: tuple[Callable[[Json], Json], ...] = (_with_anchors, _with_kinds_and_phantoms)
+def _with_declined(document: Json) -> Json:
+    return document | {"declined": []}
+
+
+UPGRADES: tuple[Callable[[Json], Json], ...] = (_with_anchors, _with_kinds_and_phantoms, _with_declined)
 """UPGRADES[n - 1] makes a document of format n one of format n + 1."""
 
 
@@ -76,6 +80,7 @@ def encode_map(semantic_map: SemanticMap) -> Json:
         "meta_dividers": [
             {"id": d.id, "line": _line(d.line), "rooms": list(d.rooms), "since": d.since} for d in m.meta.dividers
         ],
+        "declined": [{"shape": _shape(d.shape), "until": d.until} for d in m.meta.declined],
         "phantoms": [{"id": p.id, "shape": _line(p.shape)} for p in m.phantoms],
     }
 
@@ -98,6 +103,7 @@ def decode_map(document: Json, ids: Ids = Ids()) -> SemanticMap:
         meta=MapMeta(
             tuple(MetaOccupancy(**o | {"polygon": _polygon(o["polygon"])}) for o in d["meta_occupancy"]),
             tuple(MetaDivider(v["id"], _segment(v["line"]), tuple(v["rooms"]), v["since"]) for v in d["meta_dividers"]),
+            tuple(Declined(_geometry(v["shape"]), v["until"]) for v in d["declined"]),
         ),
         phantoms=tuple(Phantom(p["id"], _points(p["shape"])) for p in d["phantoms"]),
         ids=ids,
@@ -145,6 +151,16 @@ def _room(document: Json) -> Room:
 
 def _polygon(coordinates: Rings) -> Polygon:
     return Polygon(coordinates[0], coordinates[1:])
+
+
+def _shape(shape: Polygon | LineString) -> Rings | list[list[float]]:
+    """A line as its points, a polygon as its rings."""
+    return rings(shape) if isinstance(shape, Polygon) else np.asarray(shape.coords)[:, :2].tolist()
+
+
+def _geometry(coordinates: Any) -> Polygon | LineString:
+    is_line = isinstance(coordinates[0][0], float | int)
+    return LineString(coordinates) if is_line else _polygon(coordinates)
 
 
 def _line(line: tuple[Point, ...]) -> list[list[float]]:

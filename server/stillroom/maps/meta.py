@@ -42,11 +42,25 @@ class MetaDivider:
 
 
 @dataclass(frozen=True)
+class Declined:
+    """A place where a person does not want a correction: none is made there again."""
+
+    shape: Polygon | LineString
+    until: str | None = None
+    """The moment (RFC 3339) when one may be made again, for those who have a clock; None: never."""
+
+
+@dataclass(frozen=True)
 class MapMeta:
     occupancy: tuple[MetaOccupancy, ...] = ()
     dividers: tuple[MetaDivider, ...] = ()
+    declined: tuple[Declined, ...] = ()
 
     EMPTY: ClassVar["MapMeta"]
+
+    @property
+    def corrects(self) -> bool:
+        return bool(self.occupancy or self.dividers)
 
 
 MapMeta.EMPTY = MapMeta()

@@ -6,7 +6,6 @@ from hashlib import sha256
 from typing import Literal
 
 from stillroom.maps.constraints import violations
-from stillroom.maps.meta import MapMeta
 from stillroom.maps.semantics import Divider, SemanticMap
 from stillroom.pipeline.anchor import Drift, find_drift
 from stillroom.pipeline.params import Params
@@ -155,7 +154,7 @@ def _cause(rooms: Sequence[str], best: Attempt) -> Cause:
     counts = [o.contradicted for o in candidate.meta.occupancy] + [d.contradicted for d in candidate.meta.dividers]
     if any(counts) or best.transfer.new_rooms:
         return "new_passage"
-    return "wall_gap" if candidate.meta != MapMeta.EMPTY else "unknown"
+    return "wall_gap" if candidate.meta.corrects else "unknown"
 
 
 def _proposals(
@@ -164,7 +163,7 @@ def _proposals(
     """The maps that there could be, the one that the service would choose first."""
     choices: list[tuple[Action, SemanticMap]] = []
     candidate = best.transfer.candidate
-    if taken and candidate.meta != MapMeta.EMPTY:
+    if taken and candidate.meta.corrects:
         choices.append(("meta_dividers" if candidate.meta.dividers else "meta_occupancy", candidate))
     elif not taken:
         choices.append(("keep_previous", previous))

@@ -17,6 +17,7 @@ from stillroom.maps.semantics import Ids, SemanticMap
 from stillroom.pipeline.adoption import RobotSemantics, adopt_map
 from stillroom.pipeline.alignment import align
 from stillroom.pipeline.conflicts import Conflict, Proposal, detect_conflicts, loss, wrong_map
+from stillroom.pipeline.declined import carry_declined, permitted
 from stillroom.pipeline.discovery import Discovery, discover
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.plausibility import Plausibility, plausibility
@@ -119,9 +120,19 @@ def update_map(
         if shown.other_floor(params) or shown.wrecked(params):
             return _implausible(previous, mission, shown, trust_registration, params)
 
+    declined = carry_declined(previous.meta.declined, motion)
+
     def carried(meta: MapMeta, discovered: Sequence[Line] = ()) -> Attempt:
-        transfer = transfer_semantics(tracked, grid, mission.id, params, meta, discovered)
+        transfer = transfer_semantics(tracked, grid, mission.id, params, permitted(meta, declined), discovered)
         return Attempt(transfer, score_rooms(tracked, transfer.candidate, transfer.visited, params), grid)
+
+    def whole(attempt: Attempt) -> Attempt:
+        """With the restrictions, and the places where a person wants no correction."""
+        made = attempt.transfer.candidate
+        restrictions = carry_restrictions(previous.restrictions, motion, previous.rooms, made.rooms, mission.grid.frame)
+        return _with_candidate(
+            attempt, replace(made, restrictions=restrictions, meta=replace(made.meta, declined=declined))
+        )
 
     with stage("transfer"):
         first = carried(MapMeta.EMPTY)
@@ -132,16 +143,15 @@ def update_map(
         if found := discover(first, params):
             best = _opened(found, best, carried, resolvers, params)
     with stage("verify"):
-        transfer = best.transfer
-        restrictions = carry_restrictions(
-            previous.restrictions, motion, previous.rooms, transfer.candidate.rooms, mission.grid.frame
-        )
-        named = name_corrections(transfer.candidate, tracked.meta, mission)
-        best = replace(best, transfer=replace(transfer, candidate=replace(named, restrictions=restrictions)))
-        broken = violations(best.transfer.candidate, transfer.grid, params.wall_reach_m)
+        best = whole(_with_candidate(best, name_corrections(best.transfer.candidate, tracked.meta, mission)))
+        broken = violations(best.transfer.candidate, best.transfer.grid, params.wall_reach_m)
     with stage("conflicts"):
-        conflicts = detect_conflicts(previous, first, best, mission.id, is_valid(best, broken), params)
+        conflicts = detect_conflicts(previous, whole(first), best, mission.id, is_valid(best, broken), params)
     return decide(previous, motion, best, _ablation(first, attempts), broken, conflicts)
+
+
+def _with_candidate(attempt: Attempt, candidate: SemanticMap) -> Attempt:
+    return replace(attempt, transfer=replace(attempt.transfer, candidate=candidate))
 
 
 def _opened(
@@ -228,7 +238,7 @@ def is_valid(best: Attempt, broken: Sequence[Violation]) -> bool:
 
 def _outcome(taken: bool, meta: MapMeta, choices: Sequence[Proposal]) -> Outcome:
     if taken:
-        return "updated" if meta == MapMeta.EMPTY else "resolved"
+        return "resolved" if meta.corrects else "updated"
     return "needs_review" if any(choice.action != "keep_previous" for choice in choices) else "reverted"
 
 

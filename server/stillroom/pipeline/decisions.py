@@ -1,0 +1,142 @@
+"""What people decide about conflicts, as pure actions on a map: corrections made their own or refused, shapes confirmed."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import shapely
+from shapely import LineString, Polygon
+
+from stillroom.maps.constraints import violations
+from stillroom.maps.geometry import as_points, as_tuples
+from stillroom.maps.grid import OccupancyGrid
+from stillroom.maps.meta import Declined, MapMeta
+from stillroom.maps.semantics import Phantom, SemanticMap, Wall
+from stillroom.pipeline.edits import AcceptMetaDivider, apply_edits
+from stillroom.pipeline.edits.rooms import match_rooms
+from stillroom.pipeline.obstacles import corrected
+from stillroom.pipeline.params import PARAMS, Params
+from stillroom.pipeline.phantoms import without_phantoms
+from stillroom.pipeline.resolution import ADJOINS_M
+from stillroom.pipeline.rooms import floor_of, rooms_beside
+from stillroom.pipeline.transfer import transfer_semantics
+from stillroom.pipeline.walls import wall_features
+
+
+@dataclass(frozen=True)
+class Decided:
+    """The map after a decision."""
+
+    map: SemanticMap
+    retired: Mapping[str, str | None] = field(default_factory=dict)
+    """Ids of rooms that ended -> the room that has their space now, if any."""
+
+
+def corrections_of(m: SemanticMap, rooms: Collection[str]) -> MapMeta:
+    """The corrections between or beside these rooms; all there are where no room is named."""
+    if not rooms:
+        return replace(m.meta, declined=())
+    shapes = [room.polygon for room in m.rooms if room.id in rooms]
+    return MapMeta(
+        tuple(o for o in m.meta.occupancy if any(shapely.dwithin(o.polygon, shape, ADJOINS_M) for shape in shapes)),
+        tuple(d for d in m.meta.dividers if set(d.rooms) & set(rooms)),
+    )
+
+
+def confirm(m: SemanticMap, rooms: Collection[str]) -> SemanticMap:
+    """A person says that these rooms are as they should be."""
+    confirmed = tuple(replace(room, anchor=room.polygon) if room.id in rooms else room for room in m.rooms)
+    return replace(m, rooms=confirmed)
+
+
+def own(m: SemanticMap, corrections: MapMeta, grid: OccupancyGrid, params: Params = PARAMS) -> SemanticMap:
+    """The corrections made the owner's own, without a change to any room.
+
+    A meta-divider becomes a divider. A region that counts as occupied becomes a phantom: there is no floor in any later mission,
+    whatever the robot senses. One that counts as free stays as it is: what stands there now is no wall.
+    """
+    for divider in corrections.dividers:
+        if divider in m.meta.dividers:  # it may have been accepted with another that ends on it
+            accepted = apply_edits(m, [AcceptMetaDivider(divider.id)], params).map
+            m = replace(m, dividers=accepted.dividers, meta=accepted.meta, ids=accepted.ids)
+    closed = [o for o in corrections.occupancy if o.cell == "occupied"]
+    if not closed:
+        return m
+    names, ids = m.ids.take("p", len(closed))
+    (version,), ids = ids.take("v")
+    phantoms = tuple(
+        Phantom(name, as_tuples(as_points(shapely.get_coordinates(section.polygon.exterior)[:-1])))
+        for name, section in zip(names, closed, strict=True)
+    )
+    meta = replace(m.meta, occupancy=tuple(o for o in m.meta.occupancy if o not in closed))
+    m = replace(m, phantoms=(*m.phantoms, *phantoms), meta=meta, ids=ids)
+    distance = grid_under(m, grid).occupied_distance
+    return replace(m, walls=wall_features(floor_of(m.rooms), distance, grid.frame, version[1:], params))
+
+
+def grid_under(m: SemanticMap, grid: OccupancyGrid) -> OccupancyGrid:
+    """A copy of the grid as the map takes it: without phantoms, with the meta-occupancy."""
+    return corrected(without_phantoms(grid, m.phantoms), m.meta.occupancy)
+
+
+def refuse(
+    m: SemanticMap,
+    corrections: MapMeta,
+    grid: OccupancyGrid,
+    mission_id: str,
+    until: str | None = None,
+    params: Params = PARAMS,
+) -> Decided:
+    """The map without these corrections: what they held apart runs together, and they are not proposed there again.
+
+    Where no valid map is left without them, they stay until the next mission is carried over without them.
+    """
+    meta = MapMeta(
+        tuple(o for o in m.meta.occupancy if o not in corrections.occupancy),
+        tuple(d for d in m.meta.dividers if d not in corrections.dividers),
+        (*m.meta.declined, *_declined(corrections, until)),
+    )
+    opened = replace(m, meta=meta, walls=_beside(m.walls, [o.polygon for o in corrections.occupancy], grid))
+    transfer = transfer_semantics(opened, grid, mission_id, params, meta)
+    candidate = transfer.candidate
+    matched = match_rooms(m.rooms, [room.polygon for room in candidate.rooms], candidate.ids)
+    merged = {room for room in matched.retired.values() if room is not None}
+    before = {room.id: room for room in m.rooms}
+    rooms = tuple(
+        replace(room, anchor=before[room.id].anchor) if room.id in before and room.id not in merged else room
+        for room in matched.rooms
+    )
+    polygons = [room.polygon for room in rooms]
+    lines = [d.line for d in candidate.dividers] + [d.line for d in candidate.meta.dividers]
+    beside = rooms_beside(lines, polygons)
+    named = [tuple(rooms[i].id for i in sides) for sides in beside]
+    own_, of_meta = named[: len(candidate.dividers)], named[len(candidate.dividers) :]
+    without = replace(
+        candidate,
+        rooms=rooms,
+        dividers=tuple(replace(d, rooms=ids) for d, ids in zip(candidate.dividers, own_, strict=True)),
+        meta=replace(
+            candidate.meta,
+            dividers=tuple(replace(d, rooms=ids) for d, ids in zip(candidate.meta.dividers, of_meta, strict=True)),
+            declined=meta.declined,
+        ),
+        ids=matched.ids,
+    )
+    if violations(without, transfer.grid, params.wall_reach_m):
+        return Decided(replace(m, meta=replace(m.meta, declined=meta.declined)))
+    return Decided(without, matched.retired)
+
+
+def _declined(corrections: MapMeta, until: str | None) -> list[Declined]:
+    return [Declined(c.shape, until) for c in corrections.occupancy] + [
+        Declined(c.shape, until) for c in corrections.dividers
+    ]
+
+
+def _beside(walls: Sequence[Wall], sections: Sequence[Polygon], grid: OccupancyGrid) -> tuple[Wall, ...]:
+    """The walls but for what runs along these sections, which would be taken for gaps in them."""
+    around = shapely.union_all([shapely.buffer(section, 2 * grid.frame.resolution) for section in sections])
+    kept = []
+    for wall in walls:
+        parts = shapely.get_parts(shapely.difference(LineString(wall.line), around))
+        kept += [replace(wall, line=as_tuples(shapely.get_coordinates(part))) for part in parts if part.length > 0]
+    return tuple(kept)
