@@ -3,9 +3,12 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stillroom.arguments import add_command, count
+
+if TYPE_CHECKING:
+    from stillroom.simulator.effects import Effects
 
 
 def add_commands(commands: Any) -> None:
@@ -32,8 +35,12 @@ def add_commands(commands: Any) -> None:
     benchmark.add_argument("--only", type=_names, metavar="EFFECT,...", help="these effects alone")
     benchmark.add_argument("--without", type=_names, metavar="EFFECT,...", help="all effects but these")
     benchmark.add_argument("--robot", type=count, metavar="I", help="this robot of each seed alone")
+    benchmark.add_argument(
+        "--plans", type=Path, metavar="DIR", help="homes from the floor plans in a folder (Sweet Home 3D's Home.xml)"
+    )
     benchmark.add_argument("--processes", type=count, default=2, metavar="N", help="(default: %(default)s)")
     benchmark.add_argument("--out", type=Path, metavar="FILE", help="write a line of JSON for each mission")
+    benchmark.add_argument("--resume", action="store_true", help="robots that FILE has already are not run again")
     benchmark.add_argument("--pictures", type=Path, metavar="DIR", help="save a picture of each error there")
     benchmark.add_argument(
         "--row",
@@ -68,18 +75,12 @@ def _names(text: str) -> tuple[str, ...]:
 
 def _benchmark(options: argparse.Namespace) -> int:
     from stillroom.simulator.benchmark.report import report
-    from stillroom.simulator.benchmark.running import Benchmark, run, write
+    from stillroom.simulator.benchmark.running import Benchmark, read, run, write
     from stillroom.simulator.benchmark.sorties import default_folder
-    from stillroom.simulator.effects import EFFECTS
-    from stillroom.simulator.severities import SEVERITIES
+    from stillroom.simulator.floor_plans import UnusablePlan
 
-    effects = SEVERITIES[options.severity]
-    if options.only is not None:
-        effects = effects.only(options.only)
-    if options.without is not None:
-        effects = effects.only(EFFECTS.keys() - set(options.without))
     benchmark = Benchmark(
-        effects,
+        _effects(options),
         seeds=options.seeds,
         robots=range(options.robots) if options.robot is None else (options.robot,),
         missions=options.missions,
@@ -87,14 +88,38 @@ def _benchmark(options: argparse.Namespace) -> int:
         cache=options.cache or default_folder(),
         pictures=options.pictures,
         row=options.row,
+        plans=options.plans,
     )
-    records = run(benchmark, _progress)
-    if options.out is not None:
-        write(records, options.out)
+    out: Path | None = options.out
+    records = []
+    try:
+        if out is not None and out.exists():
+            if options.resume:
+                records = read(out)
+            else:
+                out.unlink()
+        done = {(record.seed, record.robot) for record in records}
+        for left, of_one in run(benchmark, done):
+            records += of_one
+            if out is not None:
+                write(of_one, out)
+            _tell_progress(left)
+    except (UnusablePlan, ValueError, OSError) as error:
+        print(f"stillroom: {error}", file=sys.stderr)
+        return 1
     report(records, print)
     return 0
 
 
-def _progress(done: int, of: int) -> None:
+def _effects(options: argparse.Namespace) -> "Effects":
+    from stillroom.simulator.effects import EFFECTS
+    from stillroom.simulator.severities import SEVERITIES
+
+    effects = SEVERITIES[options.severity]
+    names = EFFECTS.keys() if options.only is None else set(options.only)
+    return effects.only(names - set(options.without or ()))
+
+
+def _tell_progress(left: int) -> None:
     if sys.stderr.isatty():
-        print(f"\r{done} of {of} robots", end="\n" if done == of else "", file=sys.stderr, flush=True)
+        print(f"\r{left} robots left ", end="" if left else "\n", file=sys.stderr, flush=True)

@@ -1,15 +1,18 @@
 """A whole home from a seed."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import shapely
 from numpy.random import Generator
 
-from stillroom.maps.geometry import Pose, as_points
+from stillroom.maps.geometry import Point as Position
+from stillroom.maps.geometry import Pose
 from stillroom.simulator.effects import Effects, Streams
 from stillroom.simulator.furnishing import furnish
-from stillroom.simulator.homes import Home
+from stillroom.simulator.homes import Door, Furniture, Home, TrueRoom
 from stillroom.simulator.openings import draw_windows
 from stillroom.simulator.plans import AS_DRAWN, ROOMS, Plan, Style, draw_plan
 
@@ -23,11 +26,18 @@ _DOCK_TO_DOOR_M = 1.0
 def draw_home(rng: Generator, room_count: int | None = None, yaw: float | None = None, style: Style = AS_DRAWN) -> Home:
     """A furnished home around its dock, of `room_count` rooms and turned by `yaw`; either is drawn where not given."""
     plan = draw_plan(rng, int(rng.integers(ROOMS[0], ROOMS[1] + 1)) if room_count is None else room_count, style)
-    turn = Pose(yaw=float(rng.uniform(-np.pi, np.pi)) if yaw is None else yaw)
+    turn = float(rng.uniform(-np.pi, np.pi)) if yaw is None else yaw
+    return around_dock(plan, partial(furnish, rng), rng).moved(Pose(yaw=turn))
+
+
+Furnish = Callable[[tuple[TrueRoom, ...], tuple[Door, ...], Position], tuple[Furniture, ...]]
+
+
+def around_dock(plan: Plan, furnished: Furnish, rng: Generator) -> Home:
+    """A furnished home whose origin is the robot's dock."""
     dock = _dock(rng, plan)
-    ((x, y),) = turn.apply(as_points(dock)).tolist()
-    home = Home(plan.rooms, plan.walls, plan.doors, furnish(rng, plan.rooms, plan.doors, dock), dock)
-    return home.moved(Pose(-x, -y, turn.yaw))
+    home = Home(plan.rooms, plan.walls, plan.doors, furnished(plan.rooms, plan.doors, dock), dock)
+    return home.moved(Pose(-dock[0], -dock[1]))
 
 
 def home_of(streams: Streams, effects: Effects) -> Home:
@@ -40,9 +50,13 @@ def home_of(streams: Streams, effects: Effects) -> Home:
     }
     traits = frozenset(name for (name, share), draw in zip(shares.items(), draws, strict=False) if draw < share)
     style = Style(_THIN_M if "thin_walls" in traits else None, "diagonal_walls" in traits, "open_plan" in traits)
-    yaw = (2 * draws[3] - 1) * np.pi if effects.turned else 0.0
-    home = replace(draw_home(streams.of("home"), yaw=yaw, style=style), traits=traits)
+    home = replace(draw_home(streams.of("home"), yaw=turn_of(streams, effects), style=style), traits=traits)
     return draw_windows(home, effects.windows, streams.of("windows"))
+
+
+def turn_of(streams: Streams, effects: Effects) -> float:
+    """By how much a robot's home stands turned, radians."""
+    return (2 * float(streams.of("style").random(4)[3]) - 1) * np.pi if effects.turned else 0.0
 
 
 def _dock(rng: Generator, plan: Plan) -> tuple[float, float]:

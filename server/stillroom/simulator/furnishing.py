@@ -113,8 +113,10 @@ def furnish(
 
 def piece_of(furniture: Furniture) -> Piece:
     """What kind of furniture this is."""
-    name = furniture.id.rpartition("/")[2]
-    return next(piece for pieces in _BY_USE.values() for piece in pieces if piece.name == name)
+    corners = shapely.get_coordinates(furniture.footprint)
+    width, depth = np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).tolist()
+    name, legs = furniture.id.rpartition("/")[2], len(furniture.solid.geoms) > 1
+    return Piece(name, width, depth, furniture.against_wall, legs, furniture.movable)
 
 
 def find_place(rng: Generator, key: str, piece: Piece, at: Site, others: Iterable[Furniture]) -> Furniture | None:

@@ -20,6 +20,8 @@ _OCCUPIED_SHARE = 0.25
 _SHORT_OF_WALL_CELLS = 0.75
 """A ray has swept the cells up to this far before its end."""
 _MARGIN_CELLS = 4
+_FEWEST_SCANS = 6
+"""Of a mission that is long enough for SLAM to fail in."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +42,7 @@ def sense(
     floor = rasterise(world)
     scans = take_scans(floor, route(world, floor, streams.of("route", mission)))
     slam = streams.of("slam", mission)
-    fails = mission > 0 and slam.random() < effects.slam_failures
+    fails = mission > 0 and slam.random() < effects.slam_failures and len(scans.places) >= _FEWEST_SCANS
     failure = draw_slam_failure(scans.places, slam) if fails else None
     grid = grid_of(scans, distortion, resolution, effects, streams.of("scans", mission), failure)
     gaps = draw_gaps(world.home, mission, effects, streams.of("gaps", mission))

@@ -19,8 +19,6 @@ _ASKEW_M = 0.3
 _SCRAP_M2 = 0.5
 _WITHIN = 0.6
 """It is a part of a true room where more than this share of it lies there."""
-_NAMED = 0.4
-"""It gets a true room's name from this IoU on."""
 
 Shapes = Mapping[str, Polygon]
 """The true rooms by name, as they lie on the map."""
@@ -80,8 +78,8 @@ def name_rooms(shapes: Shapes, document: Json) -> list[Json]:
     names = {f["id"]: f["properties"].get("name") for f in document["features"]}
     operations = []
     for name, shape in shapes.items():
-        best = max(rooms, key=lambda key: _iou(rooms[key], shape), default=None)
-        if best is not None and _iou(rooms[best], shape) >= _NAMED and names[best] != name:
+        best = max(rooms, key=lambda key: _common_area(rooms[key], shape), default=None)
+        if best is not None and _share(rooms[best], shape) > _WITHIN and names[best] != name:
             operations.append({"op": "rename_room", "id": best, "name": name})
     return operations
 
@@ -101,8 +99,8 @@ def _rings(coordinates: list[list[list[float]]]) -> tuple[list[list[float]], lis
 
 
 def _share(of: Polygon, within: Polygon) -> float:
-    return float(shapely.intersection(of, within).area / of.area)
+    return _common_area(of, within) / float(of.area)
 
 
-def _iou(a: Polygon, b: Polygon) -> float:
-    return float(shapely.intersection(a, b).area / shapely.union(a, b).area)
+def _common_area(a: Polygon, b: Polygon) -> float:
+    return float(shapely.intersection(a, b).area)

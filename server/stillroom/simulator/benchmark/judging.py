@@ -60,9 +60,9 @@ def lost_and_wrong(found: MapFit, named: Collection[str]) -> tuple[tuple[str, ..
 
 def meta_share(of: SemanticMap, grid: OccupancyGrid) -> float:
     """Length of the rooms' boundaries on meta-dividers and edges of meta-occupancy, and on no divider or sensed wall, by their whole length."""
-    points = np.concatenate([_stations(room.polygon.exterior) for room in of.rooms])
-    if not of.meta.dividers and not of.meta.occupancy:
+    if not of.rooms or not (of.meta.dividers or of.meta.occupancy):
         return 0.0
+    points = np.concatenate([_stations(room.polygon.exterior) for room in of.rooms])
     reach = _ON_M + grid.frame.resolution / 2
     meta = [LineString(d.line) for d in of.meta.dividers] + [o.polygon for o in of.meta.occupancy]
     on_meta = _near(points, meta, reach)

@@ -1,17 +1,19 @@
 """All robots of a benchmark, spread over processes."""
 
-import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
+from pydantic import TypeAdapter
 
 from stillroom.pipeline.update import Row
 from stillroom.simulator.benchmark.judging import Record
 from stillroom.simulator.benchmark.trial import Household, Trial
 from stillroom.simulator.effects import Effects
+
+_RECORD = TypeAdapter(Record)
 
 
 @dataclass(frozen=True)
@@ -24,23 +26,21 @@ class Benchmark:
     cache: Path | None = None
     pictures: Path | None = None
     row: Row | None = None
+    plans: Path | None = None
 
     def trials(self) -> list[Trial]:
         return [
-            Trial(seed, robot, self.missions, self.effects, self.cache, self.pictures, self.row)
+            Trial(seed, robot, self.missions, self.effects, self.cache, self.pictures, self.row, self.plans)
             for seed in self.seeds
             for robot in self.robots
         ]
 
 
-def run(benchmark: Benchmark, told: Callable[[int, int], None]) -> list[Record]:
-    """Every mission's record, by seed, robot and mission; `told` hears how many robots are done, of how many."""
-    trials = benchmark.trials()
-    records: list[Record] = []
-    for done, of_one in enumerate(_spread(trials, benchmark.processes), 1):
-        records += of_one
-        told(done, len(trials))
-    return sorted(records, key=lambda record: (record.seed, record.robot, record.mission))
+def run(benchmark: Benchmark, done: Collection[tuple[int, int]] = ()) -> Iterator[tuple[int, list[Record]]]:
+    """How many robots are left, and one's records, as they are done; but for those in `done`, by seed and number."""
+    trials = [trial for trial in benchmark.trials() if (trial.seed, trial.robot) not in done]
+    for count, records in enumerate(_spread(trials, benchmark.processes), 1):
+        yield len(trials) - count, records
 
 
 def _spread(trials: Sequence[Trial], processes: int) -> Iterator[list[Record]]:
@@ -62,8 +62,12 @@ def run_trial(trial: Trial) -> list[Record]:
 
 
 def write(records: Iterable[Record], file: Path) -> None:
-    """As JSON, a line each."""
+    """At the end of a file, as JSON, a line each."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    with file.open("w") as lines:
-        for record in records:
-            lines.write(json.dumps(asdict(record)) + "\n")
+    with file.open("ab") as lines:
+        lines.writelines(_RECORD.dump_json(record) + b"\n" for record in records)
+
+
+def read(file: Path) -> list[Record]:
+    """What `write` has written. Raises ValueError where that is of another program."""
+    return [_RECORD.validate_json(line) for line in file.read_bytes().splitlines()]

@@ -5,15 +5,21 @@ import os
 import pickle
 import zlib
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from hashlib import sha256
 from importlib import metadata
 from pathlib import Path
 
+import numpy as np
+
 import stillroom
+from stillroom.maps.grid import Mask
 from stillroom.simulator.fleet import SimulatedRobot, Sortie
 
 _SOURCES = Path(stillroom.__file__).parent
+_LEVEL = 3
+_NOTHING: Mask = np.zeros((0, 0), bool)
 _LIBRARIES = ("numpy", "opencv-python-headless", "shapely")
 
 
@@ -24,21 +30,29 @@ def default_folder() -> Path:
 
 
 def sorties_of(robot: SimulatedRobot, missions: int, folder: Path | None) -> Sequence[Sortie]:
-    """The robot's first missions; from `folder` where the same robot's were simulated before by the same program."""
+    """The robot's first missions; from `folder` where the same robot's were simulated before by the same program.
+
+    Without the rasters of what the robot saw. What an older program left in `folder` is never read again.
+    """
     if folder is None:
-        return [robot.sortie(number) for number in range(missions)]
+        return [_lean(robot.sortie(number)) for number in range(missions)]
     home = b"".join(shape.wkb for shape in (robot.home.walls, *(piece.solid for piece in robot.home.furniture)))
-    key = repr((robot.streams, robot.effects, robot.resolution, missions, _fingerprint())).encode()
-    kept = folder / f"{sha256(key + home).hexdigest()[:32]}.zlib"
+    key = repr((robot.streams, robot.effects, robot.resolution, missions)).encode()
+    kept = folder / _fingerprint() / f"{sha256(key + home).hexdigest()[:32]}.zlib"
     if kept.exists():
         found: list[Sortie] = pickle.loads(zlib.decompress(kept.read_bytes()))
         return found
-    fresh = [robot.sortie(number) for number in range(missions)]
-    folder.mkdir(parents=True, exist_ok=True)
+    fresh = [_lean(robot.sortie(number)) for number in range(missions)]
+    kept.parent.mkdir(parents=True, exist_ok=True)
     half = kept.with_suffix(f".{os.getpid()}")
-    half.write_bytes(zlib.compress(pickle.dumps(fresh, pickle.HIGHEST_PROTOCOL), 1))
+    half.write_bytes(zlib.compress(pickle.dumps(fresh, pickle.HIGHEST_PROTOCOL), _LEVEL))
     half.replace(kept)
     return fresh
+
+
+def _lean(sortie: Sortie) -> Sortie:
+    floor = replace(sortie.sensed.floor, solid=_NOTHING, glass=_NOTHING)
+    return replace(sortie, sensed=replace(sortie.sensed, floor=floor, seen=_NOTHING))
 
 
 @cache
@@ -49,7 +63,7 @@ def _fingerprint() -> str:
         digest.update(source.read_bytes())
     for library in _LIBRARIES:
         digest.update(metadata.version(library).encode())
-    return digest.hexdigest()
+    return digest.hexdigest()[:16]
 
 
 def sources(module: str) -> frozenset[Path]:

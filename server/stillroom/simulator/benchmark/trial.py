@@ -14,6 +14,7 @@ from stillroom.simulator.building import home_of
 from stillroom.simulator.client import Json
 from stillroom.simulator.effects import Effects, Streams
 from stillroom.simulator.fleet import SimulatedRobot, Sortie
+from stillroom.simulator.floor_plans import planned_home
 from stillroom.simulator.owner import served_rooms, tidy_up
 from stillroom.simulator.truth import MapFit, fit
 
@@ -33,6 +34,8 @@ class Trial:
     """A folder for a picture of each error,"""
     row: Row | None = None
     """and of each mission that this much of the system did not carry."""
+    plans: Path | None = None
+    """A folder of floor plans of Sweet Home 3D; None: homes are drawn."""
 
 
 class Household:
@@ -42,7 +45,8 @@ class Household:
         streams = Streams(trial.seed, trial.robot)
         effects = trial.effects.of_robot(streams.of("model"))
         (resolution,) = effects.resolutions
-        self.robot = SimulatedRobot(home_of(streams, effects), streams, effects, resolution)
+        home = home_of(streams, effects) if trial.plans is None else planned_home(trial.plans, streams, effects)
+        self.robot = SimulatedRobot(home, streams, effects, resolution)
         self.trial = trial
         self.service = MemoryService()
         self.sorties = sorties_of(self.robot, trial.missions + 1, trial.cache)
