@@ -23,7 +23,7 @@ SAME_END_M = 0.5
 """Cuts whose ends lie as near to each other as the two faces of a wall close the same opening."""
 WALK = 6
 """Outline edges followed beyond a cut's end."""
-WEIGHTS = {"constant": 0.05, "length": -1.79, "support": 2.15, "weaker_support": -1.2, "two_corners": 0.86}
+WEIGHTS = {"constant": -1.2, "length": -1.3, "support": 2.0, "weaker_support": -0.7, "two_corners": 0.8}
 """How much each property of a cut speaks for a border between rooms; fitted as those of `segmentation` are."""
 HOPELESS = -2.5
 """Cuts for which less speaks are not looked at: hardly any turned out to be a border."""

@@ -20,12 +20,12 @@ from stillroom.pipeline.dividers import centre
 from stillroom.pipeline.params import Params
 
 WEIGHTS = {
-    "constant": 4.5,
-    "support": -0.85,
-    "wall_between": -4.12,
-    "two_corners": -1.43,
-    "narrow_side": 3.3,
-    "wide_side": 2.72,
+    "constant": 4.25,
+    "support": -1.1,
+    "wall_between": -3.05,
+    "two_corners": -1.25,
+    "narrow_side": 2.85,
+    "wide_side": 1.5,
 }
 """How much each property of a cut speaks for joining both sides (log odds)."""
 FORCED = 100.0
@@ -160,7 +160,7 @@ def _half_disc(
     cuts: Cuts, towards: Points, labels: Labels, clearance: npt.NDArray[np.float32], frame: GridFrame
 ) -> tuple[Labels, Numbers]:
     """Pieces and clearance at the places of each cut's half disc, both (n, places)."""
-    radius = 1.25 * cuts.length + 0.4
+    radius = 1.25 * cuts.length + 0.8
     offsets = DISC[:, :1] * towards[:, None] + DISC[:, 1:] * cuts.along[:, None]
     places = ((cuts.a + cuts.b) / 2)[:, None] + radius[:, None, None] * offsets
     cells = frame.to_cells(places.reshape(-1, 2))
