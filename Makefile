@@ -6,7 +6,7 @@ NPM := $(if $(shell npm --version 2>/dev/null | grep -E '^([1-9]|10)[.]'),npx --
 WEB_SOURCES := $(shell git ls-files web 2>/dev/null || find web -type f -not -path '*/node_modules/*')
 PORT ?= 8000
 
-.PHONY: help setup run test check bench bench-segmentation client browser
+.PHONY: help setup run test check bench bench-registration bench-segmentation client browser
 
 help:  ## what can be made
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -32,6 +32,9 @@ bench: setup  ## times of the pipeline's stages, of an upload over HTTP, and upl
 
 bench-segmentation: setup  ## rooms found on the real maps of ../shared/data: how right, and how fast
 	$(BIN)/python -m tests.real.bench_segmentation
+
+bench-registration: setup  ## real maps (../shared/data) without tracking: which are found, parked or put wrongly
+	$(BIN)/python -m tests.real.bench_registration
 
 client: setup  ## the web app's API client, generated from the service's OpenAPI document
 	cd web && $(NPM) run --silent client

@@ -1,0 +1,23 @@
+"""`make bench-registration`: real maps registered on each other, and one after the other as missions of one robot that tracks nothing."""
+
+import sys
+
+from tests.real.registering import of_different_places, of_places, tell
+from tests.real.shared import DATA
+
+
+def told(line: str) -> None:
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
+def main() -> int:
+    if not DATA.is_dir():
+        told(f"there are no real maps in {DATA}")
+        return 1
+    tell({**of_places(), "different places": of_different_places()}, told)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
