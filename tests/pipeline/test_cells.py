@@ -25,6 +25,13 @@ def test_the_cells_in_a_polygon_are_those_whose_centre_is(seed: int, yaw: float)
     assert np.array_equal(cells_in([polygon], frame), expected)
 
 
+def test_cells_in_several_polygons_count_though_these_overlap() -> None:
+    frame = GridFrame(0.05, 40, 30)
+    some = [shapely.box(0.2, 0.2, 1.0, 1.0), shapely.box(0.6, 0.6, 1.4, 1.4), shapely.box(1.2, -9.0, 1.6, 9.0)]
+    expected = np.any([shapely.contains_xy(polygon, _centres(frame)) for polygon in some], axis=0)
+    assert np.array_equal(cells_in(some, frame), expected.reshape(30, 40))
+
+
 def test_no_polygon_and_one_beyond_the_grid_hold_no_cell() -> None:
     frame = GridFrame(0.05, 10, 10)
     assert not cells_in([], frame).any()

@@ -16,7 +16,7 @@ CANVAS_MARGIN = 4
 
 def cells_in(polygons: Sequence[Polygon], frame: GridFrame) -> Mask:
     """The cells whose centre lies in one of the polygons; exactly so, because a wall may be one cell thick."""
-    shape: shapely.Geometry = MultiPolygon(list(polygons))
+    shape = shapely.union_all(list(polygons))
     # Drawn on a canvas that holds it all: OpenCV is not exact where shapes leave the canvas.
     canvas = np.zeros((frame.height + 2 * CANVAS_MARGIN, frame.width + 2 * CANVAS_MARGIN), np.uint8)
     around = _around(frame, CANVAS_MARGIN - 2)
