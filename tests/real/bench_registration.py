@@ -1,7 +1,12 @@
-"""`make bench-registration`: real maps registered on each other, and one after the other as missions of one robot that tracks nothing."""
+"""`make bench-registration`: real maps registered on each other, and one after the other as missions of one robot that tracks nothing.
+
+`python -m tests.real.bench_registration FOLDER` also draws the missions there.
+"""
 
 import sys
+from pathlib import Path
 
+from tests.real.carrying import tell_carried
 from tests.real.registering import of_different_places, of_places, tell
 from tests.real.shared import DATA
 
@@ -16,6 +21,7 @@ def main() -> int:
         told(f"there are no real maps in {DATA}")
         return 1
     tell({**of_places(), "different places": of_different_places()}, told)
+    tell_carried(told, Path(sys.argv[1]) if len(sys.argv) > 1 else None)
     return 0
 
 
