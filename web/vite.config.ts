@@ -17,6 +17,7 @@ export default defineConfig({
   build: {
     outDir: "../server/stillroom/static",
     emptyOutDir: true,
+    manifest: true,
     target: "es2022",
   },
   server: {

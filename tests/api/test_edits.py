@@ -51,6 +51,7 @@ def test_a_stale_edit_that_speaks_against_anothers_is_not_merged(service: Servic
     (clash,) = problem["merge_conflicts"]
     assert (clash["pointer"], clash["feature"]) == ("/operations/1", "r1")
     assert "Kitchen" in clash["detail"]
+    assert clash["operation"] == rename("r1", "Hall") | {"at": None}
     assert problem["merge_operations"] == [rename("r2", "Bath") | {"at": None}]
 
 

@@ -64,6 +64,7 @@ export const texts = {
     gridFailed: "The robot's picture of the floor could not be loaded; rooms are shown without it.",
     noVersion: "No mission has made a map yet. As soon as one does, it appears here.",
     noRooms: "No rooms were found on this map yet.",
+    edit: "Edit",
     tabs: { rooms: "Rooms", history: "History" },
     summary: (rooms: number, total: number) => `${count(rooms, "room", "rooms")}, ${area(total)}`,
     arrived: (version: number, why: string) => `Version ${version} has just arrived: ${why}.`,
@@ -75,7 +76,7 @@ export const texts = {
     clutter: "Furniture and clutter",
     dividers: "Dividers and doors",
     meta: "Repairs by stillroom",
-    restrictions: "No-go zones",
+    restrictions: "Zones",
     grid: "What the robot saw",
   } satisfies Record<Layer, string>,
   room: {

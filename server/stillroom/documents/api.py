@@ -137,6 +137,8 @@ class MergeConflict(Document):
     pointer: str
     feature: str | None
     detail: str
+    operation: OperationDocument | None
+    """What to send instead of it, beside `merge_operations`, to have it one's own way all the same; null: that can't be."""
 
 
 class StaleEdit(Problem):

@@ -174,7 +174,15 @@ def _stale(
     if base is not None and between is not None:
         current = decode_map(row.document, ids_of(of))
         rebased = rebase(decode_map(base.document), current, operations, between.motion, between.touched)
-        conflicts = [api.MergeConflict.model_validate(vars(clash)) for clash in rebased.clashes]
+        conflicts = [
+            api.MergeConflict(
+                pointer=clash.pointer,
+                feature=clash.feature,
+                detail=clash.detail,
+                operation=None if clash.operation is None else operation_document(clash.operation),
+            )
+            for clash in rebased.clashes
+        ]
         remaining = [operation_document(operation) for operation in rebased.operations]
         preview = None if rebased.result is None else _preview(of, row, rebased.result, caller)
     return StaleVersion(

@@ -4,6 +4,26 @@
  */
 
 export interface paths {
+    "/api/v1/conflicts": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List All Conflicts
+         * @description Of all maps that the caller may see, the newest first.
+         */
+        get: operations["list_all_conflicts_api_v1_conflicts_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/events": {
         parameters: {
             query?: never;
@@ -64,6 +84,43 @@ export interface paths {
          * @description What people call the map, and whether updates that are not certain wait for them.
          */
         patch: operations["change_settings_api_v1_robots__robot__maps__map__patch"];
+        trace?: never;
+    };
+    "/api/v1/robots/{robot}/maps/{map}/conflicts": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Conflicts
+         * @description The newest first.
+         */
+        get: operations["list_conflicts_api_v1_robots__robot__maps__map__conflicts_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/robots/{robot}/maps/{map}/conflicts/{conflict}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Show Conflict */
+        get: operations["show_conflict_api_v1_robots__robot__maps__map__conflicts__conflict__get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
         trace?: never;
     };
     "/api/v1/robots/{robot}/maps/{map}/edits": {
@@ -607,6 +664,83 @@ export interface components {
              */
             semantic: "clutter";
         };
+        /** ConflictDocument */
+        ConflictDocument: {
+            /** Base Version */
+            base_version: number;
+            /**
+             * Cause
+             * @enum {string}
+             */
+            cause: "door_closed" | "wall_gap" | "opening_closed" | "new_passage" | "moved_object" | "drift" | "unknown";
+            /** Decided At */
+            decided_at: string | null;
+            /** Decided By */
+            decided_by: string | null;
+            default: components["schemas"]["DefaultDocument"] | null;
+            /** Dividers */
+            dividers: string[];
+            /** Fold Count */
+            fold_count: number;
+            /** Id */
+            id: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "room_lost" | "room_recall" | "room_precision" | "divider_lost" | "connectivity" | "shape" | "drift" | "wrong_map" | "restriction_unplaced";
+            /** Map */
+            map: string;
+            /** Mission */
+            mission: string;
+            /** Note */
+            note: string | null;
+            /**
+             * Opened At
+             * Format: date-time
+             */
+            opened_at: string;
+            /** Proposal */
+            proposal: string | null;
+            /** Proposals */
+            proposals: components["schemas"]["ProposalDocument"][];
+            /** Response */
+            response: ("accept" | "reject" | "annotate" | "temporary") | null;
+            /** Restrictions */
+            restrictions: string[];
+            /** Robot */
+            robot: string;
+            /** Rooms */
+            rooms: components["schemas"]["ConflictRoom"][];
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "open" | "accepted" | "rejected" | "annotated" | "expired" | "superseded" | "resolved_automatically";
+            /** Summary */
+            summary: string;
+            /** Superseded By */
+            superseded_by: string | null;
+            /** Url */
+            url: string;
+            /** Version */
+            version: number | null;
+        };
+        /** ConflictRoom */
+        ConflictRoom: {
+            /** Id */
+            id: string;
+            /** Name */
+            name: string;
+            /** Passed */
+            passed: boolean;
+            /** Precision */
+            precision: number;
+            /** Recall */
+            recall: number;
+            /** Visited */
+            visited: boolean;
+        };
         /** CreatedRobot */
         CreatedRobot: {
             /** Claim Code */
@@ -647,6 +781,23 @@ export interface components {
             status: "queued" | "processing" | "done";
             /** Version */
             version: number | null;
+        };
+        /**
+         * DefaultDocument
+         * @description What happens by itself where nobody answers.
+         */
+        DefaultDocument: {
+            /**
+             * At
+             * Format: date-time
+             */
+            at: string;
+            /**
+             * Response
+             * @default reject
+             * @constant
+             */
+            response: "reject";
         };
         /** DiffDocument */
         DiffDocument: {
@@ -816,8 +967,8 @@ export interface components {
         };
         /**
          * Event
-         * @description `mission`: one was processed; `version`: a new one is in force; `decision`: a person placed a parked mission; `settings`: a
-         *     map was renamed.
+         * @description `mission`: one was processed; `version`: a new one is in force; `conflict`: one was opened or ended; `decision`: a person
+         *     placed a parked mission; `settings`: a map was renamed.
          */
         Event: {
             /**
@@ -831,10 +982,15 @@ export interface components {
              */
             cause: ("created" | "mission" | "edit" | "decision" | "restore" | "import") | null;
             /**
+             * Conflict
+             * @default null
+             */
+            conflict: string | null;
+            /**
              * Kind
              * @enum {string}
              */
-            kind: "mission" | "version" | "decision" | "settings";
+            kind: "mission" | "version" | "conflict" | "decision" | "settings";
             /** Map */
             map: string;
             /**
@@ -849,6 +1005,11 @@ export interface components {
             outcome: ("created" | "updated" | "resolved" | "needs_review" | "reverted" | "superseded" | "parked") | null;
             /** Robot */
             robot: string;
+            /**
+             * State
+             * @default null
+             */
+            state: ("open" | "accepted" | "rejected" | "annotated" | "expired" | "superseded" | "resolved_automatically") | null;
             /**
              * Version
              * @default null
@@ -1023,6 +1184,8 @@ export interface components {
             detail: string;
             /** Feature */
             feature: string | null;
+            /** Operation */
+            operation: (components["schemas"]["AddDivider"] | components["schemas"]["MoveDivider"] | components["schemas"]["RemoveDivider"] | components["schemas"]["SetDividerKind"] | components["schemas"]["AcceptMetaDivider"] | components["schemas"]["RenameRoom"] | components["schemas"]["SetRoomKind"] | components["schemas"]["PinRoom"] | components["schemas"]["MergeRooms"] | components["schemas"]["AddRestriction"] | components["schemas"]["MoveRestriction"] | components["schemas"]["RemoveRestriction"] | components["schemas"]["MarkPhantom"] | components["schemas"]["RemovePhantom"]) | null;
             /** Pointer */
             pointer: string;
         };
@@ -1282,6 +1445,13 @@ export interface components {
             /** Owner */
             owner?: string | null;
         };
+        /** Page[ConflictDocument] */
+        Page_ConflictDocument_: {
+            /** Items */
+            items: components["schemas"]["ConflictDocument"][];
+            /** Next */
+            next: string | null;
+        };
         /** Page[MissionDocument] */
         Page_MissionDocument_: {
             /** Items */
@@ -1400,6 +1570,22 @@ export interface components {
             type: string;
         } & {
             [key: string]: unknown;
+        };
+        /** ProposalDocument */
+        ProposalDocument: {
+            /**
+             * Action
+             * @enum {string}
+             */
+            action: "meta_dividers" | "meta_occupancy" | "take_new" | "keep_previous";
+            /** Features */
+            features: (components["schemas"]["RoomFeature"] | components["schemas"]["DividerFeature"] | components["schemas"]["WallFeature"] | components["schemas"]["ClutterFeature"] | components["schemas"]["MetaDividerFeature"] | components["schemas"]["MetaOccupancyFeature"] | components["schemas"]["RestrictionFeature"] | components["schemas"]["PhantomFeature"])[];
+            /** Id */
+            id: string;
+            /** Recommended */
+            recommended: boolean;
+            /** Result */
+            result: string;
         };
         /**
          * RefusedEdit
@@ -1806,6 +1992,39 @@ export interface components {
 }
 export type $defs = Record<string, never>;
 export interface operations {
+    list_all_conflicts_api_v1_conflicts_get: {
+        parameters: {
+            query?: {
+                state?: ("open" | "accepted" | "rejected" | "annotated" | "expired" | "superseded" | "resolved_automatically") | null;
+                limit?: number;
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_ConflictDocument_"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     follow_api_v1_events_get: {
         parameters: {
             query?: {
@@ -1960,6 +2179,75 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["MapSummary"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_conflicts_api_v1_robots__robot__maps__map__conflicts_get: {
+        parameters: {
+            query?: {
+                state?: ("open" | "accepted" | "rejected" | "annotated" | "expired" | "superseded" | "resolved_automatically") | null;
+                limit?: number;
+                cursor?: string | null;
+            };
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_ConflictDocument_"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    show_conflict_api_v1_robots__robot__maps__map__conflicts__conflict__get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                conflict: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ConflictDocument"];
                 };
             };
             /** @description Any error */

@@ -15,6 +15,7 @@ export type ClutterFeature = Schemas["ClutterFeature"];
 export type MetaDividerFeature = Schemas["MetaDividerFeature"];
 export type MetaOccupancyFeature = Schemas["MetaOccupancyFeature"];
 export type RestrictionFeature = Schemas["RestrictionFeature"];
+export type PhantomFeature = Schemas["PhantomFeature"];
 export type MapDocument = Schemas["MapDocument"];
 export type MapFeature = MapDocument["features"][number];
 export type Frame = Schemas["Frame"];

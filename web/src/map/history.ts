@@ -44,6 +44,13 @@ export function byMission(version: Pick<Version, "cause">): boolean {
   return version.cause === "created" || version.cause === "mission";
 }
 
+/** The first mission on which the robot set out with a version or a later one: from then on it has what was changed. */
+export function onRobotSince(version: number, missions: readonly Mission[]): string | null {
+  const knowing = missions.filter(({ left_with }) => left_with !== null && left_with >= version);
+  const first = knowing.sort((a, b) => Date.parse(a.received_at) - Date.parse(b.received_at))[0];
+  return first?.id ?? null;
+}
+
 function madeAVersion({ outcome }: Mission): boolean {
   return outcome === "created" || outcome === "updated" || outcome === "resolved";
 }

@@ -34,6 +34,7 @@ export interface MapStyles {
   readonly noGo: Style;
   readonly noMop: Style;
   readonly virtualWall: Stroke;
+  readonly phantom: Style;
 }
 
 export const MAP_STYLES: Readonly<Record<Scheme, MapStyles>> = {
@@ -55,6 +56,7 @@ export const MAP_STYLES: Readonly<Record<Scheme, MapStyles>> = {
     noGo: { fill: "#b3261e2e", stroke: { colour: "#b3261e", width: 1.5 } },
     noMop: { fill: "#1f5fa32e", stroke: { colour: "#1f5fa3", width: 1.5 } },
     virtualWall: { colour: "#b3261e", width: 3 },
+    phantom: { fill: "#f3ede3cc", stroke: { colour: "#5b5046", width: 1.5, dash: [1, 4] } },
   },
   dark: {
     ink: "#f7efe4",
@@ -74,5 +76,6 @@ export const MAP_STYLES: Readonly<Record<Scheme, MapStyles>> = {
     noGo: { fill: "#ff8a803d", stroke: { colour: "#ff8a80", width: 1.5 } },
     noMop: { fill: "#8ab8ff3d", stroke: { colour: "#8ab8ff", width: 1.5 } },
     virtualWall: { colour: "#ff8a80", width: 3 },
+    phantom: { fill: "#1b1815cc", stroke: { colour: "#d6cabb", width: 1.5, dash: [1, 4] } },
   },
 };

@@ -8,6 +8,7 @@ import type {
   MapFeature,
   MetaDividerFeature,
   MetaOccupancyFeature,
+  PhantomFeature,
   Position,
   RestrictionFeature,
   Ring,
@@ -44,6 +45,7 @@ export interface RoomView {
   readonly neighbours: readonly Neighbour[];
   readonly lastVisited: string | null;
   readonly pinned: boolean;
+  readonly kind: RoomFeature["properties"]["kind"];
 }
 
 export interface MapView {
@@ -55,6 +57,7 @@ export interface MapView {
   readonly metaDividers: readonly MetaDividerFeature[];
   readonly metaOccupancy: readonly MetaOccupancyFeature[];
   readonly restrictions: readonly RestrictionFeature[];
+  readonly phantoms: readonly PhantomFeature[];
   /** What to fit on the screen: rooms and walls, or the whole grid where there are none. */
   readonly bounds: Bounds;
   readonly area: number;
@@ -92,6 +95,7 @@ export function viewMap(document: MapDocument): MapView {
     metaDividers,
     metaOccupancy: only(features, "meta_occupancy"),
     restrictions: only(features, "restriction"),
+    phantoms: only(features, "phantom"),
     bounds: isEmpty(bounds) ? frameBounds(document.frame) : bounds,
     area: rooms.reduce((sum, room) => sum + room.area, 0),
   };
@@ -163,5 +167,6 @@ function viewRoom(
     neighbours,
     lastVisited: properties.last_visited ?? null,
     pinned: properties.pinned ?? false,
+    kind: properties.kind ?? null,
   };
 }

@@ -1,9 +1,10 @@
-import { Tabs } from "@mantine/core";
+import { Button, Tabs } from "@mantine/core";
 import { keepPreviousData, useQuery } from "@tanstack/react-query";
-import { useEffect, useMemo, useRef, useState } from "react";
+import { lazy, Suspense, useEffect, useMemo, useRef, useState } from "react";
 import { Link, useSearchParams } from "wouter";
 import { isMissing, type Schemas } from "../api/client";
 import { headQuery, versionQuery } from "../api/queries";
+import { Icon } from "../icons";
 import { viewMap } from "../map/view";
 import { texts } from "../texts";
 import { MapCanvas, type Selection } from "../viewer/MapCanvas";
@@ -21,10 +22,13 @@ interface MapPageProps {
   readonly robots: readonly Schemas["RobotSummary"][];
 }
 
+// Drawing is for those who change things: the others need not wait for it.
+const Editor = lazy(() => import("../editor/Editor"));
+
 const NOTHING: Selection = { room: null, centre: false };
 
 export default function MapPage({ robot, map, robots }: MapPageProps) {
-  const [chosen, choose] = useChosenVersion();
+  const { chosen, choose, editing, edit } = usePlace();
   const head = useQuery(headQuery(robot, map));
   const newest = head.data?.version;
   const isOld = chosen !== null && chosen !== newest;
@@ -59,6 +63,14 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
   }
   if (!document || !view || newest === undefined) return <Loading />;
 
+  if (editing && head.data) {
+    return (
+      <Suspense fallback={<Loading />}>
+        <Editor robot={robot} map={map} title={title} head={head.data} onDone={() => edit(false)} />
+      </Suspense>
+    );
+  }
+
   const room = view.rooms.find(({ id }) => id === selection.room);
 
   return (
@@ -83,6 +95,16 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
           <p>
             {owner?.name ?? robot} · {texts.map.summary(view.rooms.length, view.area)}
           </p>
+          {!isOld && (
+            <Button
+              className={classes.edit ?? ""}
+              mih={44}
+              leftSection={<Icon name="pencil" size={18} />}
+              onClick={() => edit(true)}
+            >
+              {texts.map.edit}
+            </Button>
+          )}
         </header>
         <ParkedPanel robot={robot} map={map} floors={owner?.maps ?? []} />
         <Tabs
@@ -113,12 +135,23 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
   );
 }
 
-/** The version in the page's address, null for the one in force; and a function that goes to another. */
-function useChosenVersion(): [number | null, (version: number | null) => void] {
+interface Place {
+  /** The version in the page's address, null for the one in force. */
+  readonly chosen: number | null;
+  readonly choose: (version: number | null) => void;
+  readonly editing: boolean;
+  readonly edit: (editing: boolean) => void;
+}
+
+function usePlace(): Place {
   const [search, setSearch] = useSearchParams();
   const given = Number(search.get("version"));
-  const chosen = Number.isInteger(given) && given > 0 ? given : null;
-  return [chosen, (version) => setSearch(version === null ? {} : { version: String(version) }, { replace: true })];
+  return {
+    chosen: Number.isInteger(given) && given > 0 ? given : null,
+    choose: (version) => setSearch(version === null ? {} : { version: String(version) }, { replace: true }),
+    editing: search.has("edit"),
+    edit: (editing) => setSearch(editing ? { edit: "" } : {}),
+  };
 }
 
 const ARRIVAL_SHOWN_MS = 8_000;

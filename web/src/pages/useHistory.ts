@@ -1,13 +1,15 @@
 import { useInfiniteQuery } from "@tanstack/react-query";
 import { useMemo } from "react";
 import { missionsQuery, versionsQuery } from "../api/queries";
-import { type Entry, timeline } from "../map/history";
+import { type Entry, type Mission, timeline } from "../map/history";
 
 export interface History {
   /** The newest first. */
   readonly entries: readonly Entry[];
   /** Numbers of the versions that can be stepped through, rising. */
   readonly numbers: readonly number[];
+  /** Those that were read so far, the newest first. */
+  readonly missions: readonly Mission[];
   readonly isPending: boolean;
   readonly error: Error | null;
   readonly hasMore: boolean;
@@ -34,6 +36,7 @@ export function useHistory(robot: string, map: string): History {
   return {
     entries,
     numbers,
+    missions: missionItems,
     isPending: both.some(({ isPending }) => isPending),
     error: versions.error ?? missions.error,
     hasMore: both.some(({ hasNextPage }) => hasNextPage),

@@ -31,7 +31,10 @@ const FARTHEST = 0.25;
 const EASE_MS = 220;
 
 export class HomeMap {
-  private readonly map: OlMap;
+  /** For layers of others, such as the editor's. */
+  readonly map: OlMap;
+  /** Whether a tap on a room selects it. */
+  picks = true;
   private readonly grid = new GridLayer();
   private readonly vectors: Readonly<Record<VectorLayerName, VectorLayer<VectorSource>>>;
   private readonly easeMs: number;
@@ -51,9 +54,9 @@ export class HomeMap {
       interactions: this.interactions(),
       layers: [this.grid, ...vectors.map(([, layer]) => layer)],
     });
-    this.map.on("singleclick", ({ coordinate }) => onSelect(this.roomIdAt(coordinate)));
+    this.map.on("singleclick", ({ coordinate }) => this.picks && onSelect(this.roomIdAt(coordinate)));
     this.map.on("pointermove", ({ coordinate, dragging }) => {
-      if (!dragging) target.style.cursor = this.roomIdAt(coordinate) === null ? "" : "pointer";
+      if (!dragging && this.picks) target.style.cursor = this.roomIdAt(coordinate) === null ? "" : "pointer";
     });
     this.map.on("change:size", () => {
       if (!this.moved) this.fit(0);

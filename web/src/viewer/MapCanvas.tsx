@@ -22,11 +22,13 @@ interface MapCanvasProps {
   readonly view: MapView;
   readonly selection: Selection;
   readonly onSelect: (room: string | null) => void;
+  /** Told of the map itself as soon as it is there, and of null when it goes. */
+  readonly onMap?: (map: HomeMap | null) => void;
   /** Lies over the lower edge of the map. */
   readonly children: ReactNode;
 }
 
-export function MapCanvas({ title, document, view, selection, onSelect, children }: MapCanvasProps) {
+export function MapCanvas({ title, document, view, selection, onSelect, onMap, children }: MapCanvasProps) {
   const target = useRef<HTMLDivElement>(null);
   const [map, setMap] = useState<HomeMap | null>(null);
   const [hidden, setHidden] = useState<ReadonlySet<Layer>>(new Set());
@@ -35,12 +37,16 @@ export function MapCanvas({ title, document, view, selection, onSelect, children
   const keysId = useId();
   const select = useRef(onSelect);
   select.current = onSelect;
+  const told = useRef(onMap);
+  told.current = onMap;
 
   useEffect(() => {
     if (!target.current) return;
     const made = new HomeMap(target.current, (room) => select.current(room));
     setMap(made);
+    told.current?.(made);
     return () => {
+      told.current?.(null);
       made.dispose();
       setMap(null);
     };
@@ -116,7 +122,7 @@ function presentLayers(view: MapView): readonly Layer[] {
     clutter: view.clutter.length === 0,
     dividers: view.dividers.length === 0,
     meta: view.metaDividers.length + view.metaOccupancy.length === 0,
-    restrictions: view.restrictions.length === 0,
+    restrictions: view.restrictions.length + view.phantoms.length === 0,
   };
   return LAYERS.filter((layer) => !empty[layer]);
 }

@@ -46,12 +46,15 @@ export function shapes(view: MapView, scheme: Scheme): Shapes {
       ),
     ),
     clutter: view.clutter.map(({ geometry }) => styled(shape(geometry), toStyle(style.clutter))),
-    restrictions: view.restrictions.map(({ geometry, properties }) => {
-      const kind = { no_go: style.noGo, no_mop: style.noMop, virtual_wall: { stroke: style.virtualWall } }[
-        properties.kind
-      ];
-      return styled(shape(geometry), toStyle(properties.placement === "placed" ? kind : unplaced(kind)));
-    }),
+    restrictions: [
+      ...view.phantoms.map(({ geometry }) => styled(shape(geometry), toStyle(style.phantom))),
+      ...view.restrictions.map(({ geometry, properties }) => {
+        const kind = { no_go: style.noGo, no_mop: style.noMop, virtual_wall: { stroke: style.virtualWall } }[
+          properties.kind
+        ];
+        return styled(shape(geometry), toStyle(properties.placement === "placed" ? kind : unplaced(kind)));
+      }),
+    ],
     walls: view.walls.map(({ geometry, properties }) =>
       styled(shape(geometry), toStyle({ stroke: properties.kind === "open" ? style.wallOpen : style.wall })),
     ),

@@ -51,6 +51,8 @@ class Clash:
     pointer: str
     feature: str | None
     detail: str
+    operation: Operation | None = None
+    """What to ask of the current map to have it one's own way; None where there is nothing left to ask it of."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ def rebase(
     for index, operation in enumerate(operations):
         found = merge.carried(operation, f"/operations/{index}")
         if isinstance(found, Clash):
-            clashes.append(found)
+            clashes.append(replace(found, operation=merge.forced(operation)))
         elif found is not None:
             kept.append((index, found))
     remaining = tuple(operation for _, operation in kept)
@@ -164,6 +166,25 @@ class _Merge:
                 return MarkPhantom(self._shape(shape))
             case MoveRestriction() | RemoveRestriction() | RemovePhantom():
                 return self._zone(operation, pointer)
+
+    def forced(self, operation: Operation) -> Operation | None:
+        """The operation in the current frame, whatever others have done; None where what it is about is not there any more."""
+        match operation:
+            case RenameRoom(str(room)) | SetRoomKind(str(room)) | PinRoom(str(room)):
+                return operation if self.current.room(room) else None
+            case MergeRooms(ids):
+                return operation if all(self.current.room(room_id) for room_id in ids) else None
+            case AddDivider(line):
+                return replace(operation, line=self._line(line))
+            case MoveDivider(divider_id, line):
+                return replace(operation, line=self._line(line)) if self.current.divider(divider_id) else None
+            case RemoveDivider(divider_id) | SetDividerKind(divider_id):
+                return operation if self.current.divider(divider_id) else None
+            case MoveRestriction(restriction_id, shape):
+                there = any(r.id == restriction_id for r in self.current.restrictions)
+                return replace(operation, shape=self._shape(shape)) if there else None
+            case _:
+                return None
 
     def _set(
         self, operation: RenameRoom | SetRoomKind | PinRoom, pointer: str, room: RoomRef, of: str, wanted: object

@@ -1,0 +1,206 @@
+import { Button } from "@mantine/core";
+import { useQueryClient } from "@tanstack/react-query";
+import { useCallback, useEffect, useMemo, useRef, useState, useSyncExternalStore } from "react";
+import { headQuery, robotsQuery } from "../api/queries";
+import type { MapDocument, Position } from "../map/document";
+import { isDirty } from "../map/draft";
+import * as edits from "../map/operations";
+import { attach } from "../map/snap";
+import { viewMap } from "../map/view";
+import pageClasses from "../pages/MapPage.module.css";
+import { useHistory } from "../pages/useHistory";
+import { texts } from "../texts";
+import type { HomeMap } from "../viewer/HomeMap";
+import { MapCanvas, type Selection as RoomSelection } from "../viewer/MapCanvas";
+import type { EditLayerEvents, Part } from "./EditLayer";
+import classes from "./Editor.module.css";
+import { EditPanel } from "./EditPanel";
+import { openKeeper } from "./keeping";
+import { ShortcutSheet } from "./ShortcutSheet";
+import { EditSession } from "./session";
+import { Toolbar } from "./Toolbar";
+import { barriers, rectangle, type Selection, type Tool } from "./targets";
+import { editorTexts } from "./texts";
+import { useEditLayer } from "./useEditLayer";
+import { useShortcuts } from "./useShortcuts";
+
+interface EditorProps {
+  readonly robot: string;
+  readonly map: string;
+  readonly title: string;
+  readonly head: MapDocument;
+  readonly onDone: () => void;
+}
+
+/** The map page while it is being edited. */
+export default function Editor(props: EditorProps) {
+  const session = useSession(props);
+  if (!session) return null;
+  return <Editing {...props} session={session} />;
+}
+
+function useSession({ robot, map, head }: EditorProps): EditSession | null {
+  const queries = useQueryClient();
+  const [session, setSession] = useState<EditSession | null>(null);
+  const newest = useRef(head);
+  newest.current = head;
+  useEffect(() => {
+    let made: EditSession | null = null;
+    let ended = false;
+    void openKeeper(robot, map).then((keeper) => {
+      if (ended) {
+        keeper.release();
+        return;
+      }
+      made = new EditSession({ robot, map }, newest.current, keeper, (document) => {
+        queries.setQueryData(headQuery(robot, map).queryKey, (known) =>
+          known && known.version > document.version ? known : document,
+        );
+        void queries.invalidateQueries({ queryKey: robotsQuery.queryKey });
+      });
+      setSession(made);
+    });
+    return () => {
+      ended = true;
+      made?.close();
+      setSession(null);
+    };
+  }, [robot, map, queries]);
+  useEffect(() => session?.headArrived(head), [session, head]);
+  return session;
+}
+
+const NO_ROOM: RoomSelection = { room: null, centre: false };
+
+function Editing({ robot, map, title, onDone, session }: EditorProps & { readonly session: EditSession }) {
+  const state = useSyncExternalStore(session.subscribe, session.get);
+  const { document, made } = state;
+  const view = useMemo(() => viewMap(document), [document]);
+  const [tool, setTool] = useState<Tool>("select");
+  const [selection, select] = useState<Selection>(null);
+  const [parts, setParts] = useState<readonly Part[]>([]);
+  const [first, setFirst] = useState<Position | null>(null);
+  const [homeMap, setHomeMap] = useState<HomeMap | null>(null);
+  const [sheet, setSheet] = useState(false);
+  const history = useHistory(robot, map);
+
+  const refOf = useCallback(
+    (id: string): edits.Ref => {
+      const index = edits.indexOfMade(made, id);
+      return index === null ? { id } : { index };
+    },
+    [made],
+  );
+
+  const draw = (with_: Tool, from: Position, to: Position) => {
+    if (with_ === "divider") drawDivider([from, to]);
+    else if (with_ === "phantom") void session.attempt((o) => edits.markPhantom(o, rectangle(from, to)));
+    else if (with_ === "virtual_wall") void session.attempt((o) => edits.addRestriction(o, with_, [from, to]));
+    else if (with_ !== "select") void session.attempt((o) => edits.addRestriction(o, with_, rectangle(from, to)));
+  };
+
+  /** Its ends are found here at once; an end in mid-air is refused where it was drawn. */
+  const drawDivider = (line: edits.Line) => {
+    const found = attach(line, barriers(document));
+    if (found.ok) {
+      void session.attempt((o) => edits.addDivider(o, found.line));
+      return;
+    }
+    const { extended } = found;
+    session.refuse(
+      found.gap > 0 ? editorTexts.adrift(found.gap) : editorTexts.nothing,
+      extended ? [{ title: "extend to wall", take: edits.addDivider(state.draft.present.operations, extended) }] : [],
+    );
+  };
+
+  const move = (what: NonNullable<Selection>, shape: readonly Position[]) => {
+    const ref = refOf(what.id);
+    if (what.sort === "restriction") void session.attempt((o) => edits.moveRestriction(o, ref, shape));
+    const [from, to] = shape;
+    if (what.sort === "divider" && from && to) void session.attempt((o) => edits.moveDivider(o, ref, [from, to]));
+  };
+
+  const remove = (what: NonNullable<Selection>) => {
+    const ref = refOf(what.id);
+    const action = {
+      divider: (o: edits.Operations) => edits.removeDivider(o, ref),
+      restriction: (o: edits.Operations) => edits.removeRestriction(o, ref),
+      phantom: (o: edits.Operations) => edits.removePhantom(o, ref),
+    }[what.sort as string];
+    if (!action) return;
+    void session.attempt(action).then((ok) => ok && select(null));
+  };
+
+  const events: EditLayerEvents = { onPick: select, onDraw: draw, onMove: move, onParts: setParts, onFirst: setFirst };
+  const cancel = useEditLayer(homeMap, { document, tool, selection }, events);
+
+  useShortcuts({
+    onTool: setTool,
+    onUndo: session.undo,
+    onRedo: session.redo,
+    onSave: session.save,
+    onDelete: () => selection && remove(selection),
+    onEscape: () => {
+      if (!cancel()) select(null);
+    },
+    onSheet: () => setSheet(true),
+  });
+
+  const dirty = isDirty(state.draft);
+  const said = parts.map(({ room, areas }) => editorTexts.toBe(room, areas)).join(". ");
+  const hint = said || (first ? editorTexts.second : editorTexts.hint[tool]);
+  const room: RoomSelection = selection?.sort === "room" ? { room: selection.id, centre: false } : NO_ROOM;
+
+  return (
+    <div className={pageClasses.page}>
+      <title>{`${editorTexts.title(title)} · ${texts.product}`}</title>
+      <div className={pageClasses.map}>
+        <MapCanvas
+          title={title}
+          document={document}
+          view={view}
+          selection={room}
+          onSelect={() => undefined}
+          onMap={setHomeMap}
+        >
+          <p className={classes.hint} aria-live="polite">
+            {hint}
+          </p>
+          <Toolbar tool={tool} onTool={setTool} draft={state.draft} session={session} />
+        </MapCanvas>
+      </div>
+      <aside className={pageClasses.panel}>
+        <header className={classes.heading}>
+          <h1>{editorTexts.title(title)}</h1>
+          <div className={classes.actions}>
+            <Button mih={44} disabled={!dirty || state.standing === "saving"} onClick={() => void session.save()}>
+              {editorTexts.save}
+            </Button>
+            <Button mih={44} variant="default" onClick={onDone}>
+              {editorTexts.done}
+            </Button>
+            {dirty && (
+              <Button mih={44} variant="subtle" color="gray" c="inherit" onClick={() => void session.discard()}>
+                {editorTexts.discard}
+              </Button>
+            )}
+          </div>
+        </header>
+        <EditPanel
+          state={state}
+          session={session}
+          view={view}
+          selection={selection}
+          onSelect={select}
+          refOf={refOf}
+          onMove={move}
+          onRemove={remove}
+          onDivider={drawDivider}
+          missions={history.missions}
+          onSheet={() => setSheet(true)}
+        />
+      </aside>
+      {sheet && <ShortcutSheet onClose={() => setSheet(false)} />}
+    </div>
+  );
+}
