@@ -54,10 +54,12 @@ def discover(attempt: Attempt, params: Params) -> Discovery:
     corrections: list[MetaOccupancy] = []
     for region in regions:
         beside = [gap for gap in gaps if shapely.dwithin(LineString(gap.path), region, BESIDE_M)]
-        if is_room(region, transfer, params):
+        enclosed = enclosure(region, transfer.tracked, transfer.grid, params) >= params.room_enclosure
+        if enclosed and region.area >= params.room_area_m2:
             _add(dividers, [as_line(gap.path[[0, -1]]) for gap in beside if is_doorway(gap, transfer, params)])
             _add(dividers, _inside(region, transfer, params))
-        else:
+        elif not enclosed:
+            # seen through a window, or a doorway only: it fans out into the unexplored
             corrections += meta_walls(beside, transfer.grid.frame, params)
     return Discovery(tuple(dividers), tuple(corrections))
 
@@ -75,14 +77,6 @@ def new_floor(transfer: Transfer, params: Params) -> list[Polygon]:
     parts = polygons_in(shapely.buffer(beyond_known, -params.wall_classification_m / 2, join_style="mitre"))
     grown = [shapely.buffer(part, params.wall_classification_m / 2, join_style="mitre") for part in parts]
     return [part for part in polygons_in(grown) if part.area >= params.growth_area_m2]
-
-
-def is_room(region: Polygon, transfer: Transfer, params: Params) -> bool:
-    """Whether new floor is enclosed as rooms are. What was seen through a window, or a doorway only, fans out into the unexplored."""
-    return (
-        region.area >= params.room_area_m2
-        and enclosure(region, transfer.tracked, transfer.grid, params) >= params.room_enclosure
-    )
 
 
 def is_doorway(gap: Gap, transfer: Transfer, params: Params) -> bool:
