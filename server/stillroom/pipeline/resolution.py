@@ -234,10 +234,18 @@ def settle(attempt: Attempt, retry: Retry, params: Params, keep: Sequence[MetaOc
 def minimise(attempt: Attempt, retry: Retry, keep: Sequence[MetaOccupancy] = ()) -> Attempt:
     """Without the corrections that part nothing, but for those to `keep`: the less the map disagrees with the robot, the better."""
     wanted = needed(attempt, keep)
-    if attempt.failed or wanted == attempt.meta:
-        return attempt
-    tried = retry(wanted)
-    return attempt if tried.failed else tried
+    for _ in range(ROUNDS):
+        if attempt.failed or wanted == attempt.meta:
+            break
+        tried = retry(wanted)
+        if not tried.failed:
+            return tried
+        lost = [room.polygon for room in tried.failed_rooms()]
+        back = [o for o in attempt.meta.occupancy if shapely.dwithin(o.polygon, lost, ADJOINS_M).any()]
+        wanted = replace(
+            wanted, occupancy=tuple(o for o in attempt.meta.occupancy if o in wanted.occupancy or o in back)
+        )
+    return attempt
 
 
 def needed(attempt: Attempt, keep: Sequence[MetaOccupancy] = ()) -> MapMeta:
@@ -262,9 +270,10 @@ def _parts(polygon: Polygon, rooms: npt.NDArray[np.int32], attempt: Attempt) -> 
     window = (slice(low, high), slice(left, right))
     open_ = (cells_in([polygon], frame) & ~attempt.sensed.occupied)[window]
     count, labels = cv2.connectedComponents(open_.view(np.uint8), connectivity=4)
-    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    # a room's edge is straightened, and may be a cell away
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
     for label in range(1, count):
-        beside = cv2.dilate((labels == label).view(np.uint8), cross) > 0
+        beside = cv2.dilate((labels == label).view(np.uint8), disc) > 0
         if len(np.setdiff1d(rooms[window][beside], [0])) > 1:
             return True
     return False

@@ -3,14 +3,25 @@
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from stillroom.maps.semantics import SemanticMap
+import shapely
+from shapely import LineString
+
+from stillroom.maps.geometry import polygons_in
+from stillroom.maps.semantics import Room, SemanticMap
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.rooms import overlaps
+
+EDGE_M = 0.05
+FRONTIER_M = 0.5
+"""So much of the border to unexplored space must lie along new floor."""
 
 
 @dataclass(frozen=True)
 class RoomScore:
-    """How well one previous room was carried over: overlap C, only previous A, only candidate B; precision C/(B+C), recall C/(A+C)."""
+    """How well one previous room was carried over: overlap C, only previous A, only candidate B; precision C/(B+C), recall C/(A+C).
+
+    Floor beyond a border to what was unexplored counts for neither: the previous map said nothing about it.
+    """
 
     id: str
     name: str
@@ -34,8 +45,19 @@ def score_rooms(
         j = there.get(room.id)
         overlap = float(common[i, j]) if j is not None else 0.0
         precision = overlap / candidate.rooms[j].polygon.area if j is not None else 0.0
+        if j is not None and precision <= params.room_overlap:
+            precision = overlap / (candidate.rooms[j].polygon.area - explored_m2(room, candidate.rooms[j], tracked))
         recall = overlap / room.polygon.area
         seen = room.id in visited
         passed = (j is not None and not seen) or (precision > params.room_overlap and recall > params.room_overlap)
         scores.append(RoomScore(room.id, room.name, precision, recall, passed, seen))
     return tuple(scores)
+
+
+def explored_m2(room: Room, now: Room, tracked: SemanticMap) -> float:
+    """How much of a room's floor lies in no room of the tracked map, beyond the room's own border to what was unexplored."""
+    frontier = [LineString(wall.line) for wall in tracked.walls if wall.kind == "open"]
+    edge = shapely.intersection(shapely.MultiLineString(frontier), shapely.buffer(room.polygon, EDGE_M))
+    grown = polygons_in(shapely.difference(now.polygon, shapely.union_all([r.polygon for r in tracked.rooms])))
+    beyond = shapely.length(shapely.intersection(shapely.buffer(grown, EDGE_M), edge)) > FRONTIER_M if grown else []
+    return float(sum(part.area for part, past in zip(grown, beyond, strict=True) if past))
