@@ -1,14 +1,15 @@
 """What happens in a home between missions: furniture moves, doors shut, things stand in the way, walls are opened."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+import numpy as np
 from numpy.random import Generator
 from shapely import Point, Polygon
 
-from stillroom.simulator.clutter import in_doorways
+from stillroom.simulator.doorways import in_doorways
 from stillroom.simulator.effects import Effects, Streams
-from stillroom.simulator.furnishing import find_place, piece_of, site
-from stillroom.simulator.homes import Furniture, Home
+from stillroom.simulator.furnishing import moved_elsewhere
+from stillroom.simulator.homes import Home
 from stillroom.simulator.openings import with_passage
 
 _BATTERY = (0.3, 0.8)
@@ -39,14 +40,18 @@ class World:
 
 
 def world_during(home: Home, mission: int, effects: Effects, streams: Streams) -> World:
-    """The world during a mission, with the furniture and the passages of `home`. The first mission goes everywhere."""
+    """The world during a mission, with the furniture and the passages of `home`.
+
+    The first mission finds the ways clear and goes everywhere.
+    """
     shut = shut_doors(home, effects.doors_shut, streams.of("doors", mission))
     late = late_rooms(home, effects.rooms_late, streams.of("late"))
     behind = frozenset(door.id for door in home.doors if late & set(door.rooms))
-    blocked = in_doorways(home, effects.doorways_blocked, streams.of("doorways", mission))
     clear = clear_windows(home, streams.of("windows", mission + 1))
+    blocked: dict[str, Polygon] = {}
     skipped, battery = frozenset[str](), 1.0
     if mission > 0:
+        blocked = in_doorways(home, effects.doorways_blocked, streams.of("doorways", mission))
         skipped = skip_rooms(home, effects.rooms_skipped, streams.of("visits", mission))
         ends, share = streams.of("battery", mission).random(2).tolist()
         battery = _BATTERY[0] + share * (_BATTERY[1] - _BATTERY[0]) if ends < effects.battery_ends else 1.0
@@ -87,19 +92,15 @@ def clear_windows(home: Home, rng: Generator) -> frozenset[str]:
 
 
 def move_furniture(home: Home, share: float, rng: Generator) -> Home:
-    """Each movable piece stands elsewhere in its room with probability `share`; it stays where nowhere else is free."""
-    standing = list(home.furniture)
-    for i, moving in enumerate(rng.random(len(standing)) < share):
-        if moving and standing[i].movable:
-            standing[i] = _moved(rng, standing, i, home)
-    return replace(home, furniture=tuple(standing))
+    """Each movable piece stands elsewhere in its room with probability `share`; it stays where nowhere else is free.
 
-
-def _moved(rng: Generator, standing: list[Furniture], index: int, home: Home) -> Furniture:
-    piece = standing[index]
-    others = [other for other in standing if other.room == piece.room and other is not piece]
-    where = site(piece.room, home.rooms, home.doors, home.dock)
-    return find_place(rng, piece.id, piece_of(piece), where, others) or piece
+    Each has a random stream of its own, so that none moves otherwise because of another.
+    """
+    draws, seeds = rng.random(len(home.furniture)).tolist(), rng.integers(2**63, size=len(home.furniture)).tolist()
+    for piece, draw, seed in zip(home.furniture, draws, seeds, strict=True):
+        if draw < share and piece.movable:
+            home = moved_elsewhere(home, piece, np.random.default_rng(seed))
+    return home
 
 
 def shut_doors(home: Home, share: float, rng: Generator) -> frozenset[str]:

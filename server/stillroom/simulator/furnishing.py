@@ -1,7 +1,7 @@
 """Furniture: what stands in which rooms, and where it can stand without blocking the way."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan2
 
 import numpy as np
@@ -11,7 +11,7 @@ from shapely import MultiPoint, Point, Polygon
 
 from stillroom.maps.geometry import Point as Position
 from stillroom.maps.geometry import Points, Pose, as_points, polygons_in
-from stillroom.simulator.homes import Door, Furniture, RoomUse, TrueRoom, as_multipolygon, box
+from stillroom.simulator.homes import Door, Furniture, Home, RoomUse, TrueRoom, as_multipolygon, box
 from stillroom.simulator.plans import thick_line
 
 ATTEMPTS = 12
@@ -117,6 +117,14 @@ def piece_of(furniture: Furniture) -> Piece:
     width, depth = np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).tolist()
     name, legs = furniture.id.rpartition("/")[2], len(furniture.solid.geoms) > 1
     return Piece(name, width, depth, furniture.against_wall, legs, furniture.movable)
+
+
+def moved_elsewhere(home: Home, piece: Furniture, rng: Generator) -> Home:
+    """The home with one piece elsewhere in its room; as it was where no other place is free."""
+    where = site(piece.room, home.rooms, home.doors, home.dock)
+    others = [other for other in home.furniture if other.room == piece.room and other.id != piece.id]
+    found = find_place(rng, piece.id, piece_of(piece), where, others)
+    return replace(home, furniture=tuple((found or f) if f.id == piece.id else f for f in home.furniture))
 
 
 def find_place(rng: Generator, key: str, piece: Piece, at: Site, others: Iterable[Furniture]) -> Furniture | None:

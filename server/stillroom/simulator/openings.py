@@ -9,6 +9,7 @@ from numpy.random import Generator
 from shapely import LineString, Polygon
 
 from stillroom.maps.geometry import Points, as_line, as_points, polygons_in
+from stillroom.simulator.furnishing import moved_elsewhere
 from stillroom.simulator.homes import Door, Home, Window, as_multipolygon
 from stillroom.simulator.plans import thick_line
 
@@ -18,7 +19,7 @@ _PASSAGE_M = (0.8, 2.0)
 _JAMB_M = 0.15
 """From the end of a wall to what is cut into it, at least."""
 _BEFORE_M = 0.6
-"""So much on both sides of a new way through is cleared of furniture."""
+"""What stands so near to a new way through is moved."""
 _WINDOW_M = (0.7, 2.2)
 _PANE_M = 0.9
 """A window is divided into panes of about this width,"""
@@ -40,8 +41,11 @@ def with_passage(home: Home, rng: Generator) -> Home:
     part = _part(line, _PASSAGE_M, draws[1], draws[2])
     cut = Door(f"passage-{len(home.doors)}", "opening", names, as_line(part), thick_line(as_line(part), thickness))
     way = thick_line(cut.line, 2 * _BEFORE_M)
-    furniture = tuple(piece for piece in home.furniture if not shapely.intersects(piece.footprint, way))
-    return replace(home, doors=(*home.doors, cut), furniture=furniture)
+    opened = replace(home, doors=(*home.doors, cut))
+    for piece in home.furniture:
+        if shapely.intersects(piece.footprint, way):
+            opened = moved_elsewhere(opened, piece, rng)
+    return opened
 
 
 def _strangers(home: Home) -> list[tuple[str, str]]:

@@ -1,7 +1,7 @@
 """The results table: the paper's three rows, final and silent errors, fit and meta share, with intervals by robot."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -50,7 +50,7 @@ def summary(records: Sequence[Record]) -> Iterator[tuple[str, Figure]]:
     for name, pick in _ROWS.items():
         picked = [(record, bad) for record in records if (bad := pick(record)) is not None]
         if picked:
-            yield name, mean([float(bad) for _, bad in picked], [record for record, _ in picked])
+            yield name, rate([bad for _, bad in picked], [record for record, _ in picked])
     yield "mean IoU of rooms", mean([record.mean_iou for record in records], records)
     shares = [record.meta_share for record in records]
     yield "meta share of boundary, median", median(shares, records)
@@ -75,6 +75,12 @@ def _share(records: Sequence[Record], pick: Callable[[Record], bool | None]) -> 
     bad = [b for record in records if (b := pick(record)) is not None]
     width = 9 if pick in (_ROWS["final error"], _ROWS["silent error"]) else 10
     return f"{100 * np.mean(bad):{width}.2f}" if bad else " " * (width - 1) + "-"
+
+
+def rate(bad: Sequence[bool], records: Sequence[Record]) -> Figure:
+    """Share of the missions, resampled by robot; where none is bad, up to what that many missions rule out (Clopper, Pearson 1934)."""
+    found = mean([float(b) for b in bad], records)
+    return found if any(bad) else replace(found, high=1 - (1 - _INTERVAL[1] / 100) ** (1 / len(bad)))
 
 
 def mean(values: Sequence[float], records: Sequence[Record]) -> Figure:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 
 from stillroom.pipeline.update import Row
 from stillroom.simulator.benchmark.judging import Record
@@ -69,5 +69,11 @@ def write(records: Iterable[Record], file: Path) -> None:
 
 
 def read(file: Path) -> list[Record]:
-    """What `write` has written. Raises ValueError where that is of another program."""
-    return [_RECORD.validate_json(line) for line in file.read_bytes().splitlines()]
+    """What `write` has written. Raises ValueError for anything else."""
+    found = []
+    for number, line in enumerate(file.read_bytes().splitlines(), 1):
+        try:
+            found.append(_RECORD.validate_json(line))
+        except ValidationError:
+            raise ValueError(f"{file}: line {number} is no mission of a benchmark of this program") from None
+    return found

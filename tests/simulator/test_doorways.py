@@ -1,0 +1,56 @@
+"""What stands in doorways."""
+
+import numpy as np
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stillroom.maps.grid import distance_to
+from stillroom.simulator.building import draw_home
+from stillroom.simulator.changes import World
+from stillroom.simulator.doorways import in_doorways
+from stillroom.simulator.plans import thick_line
+from stillroom.simulator.sensing import ROBOT_RADIUS_M, TRUTH_RESOLUTION_M, rasterise, route
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+@settings(max_examples=10)
+@given(SEEDS)
+def test_things_stand_in_doorways_or_right_before_them(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    home = draw_home(rng)
+    things = in_doorways(home, 1.0, rng)
+    assert set(things) == {door.id for door in home.doors}
+    for door in home.doors:
+        assert shapely.distance(things[door.id], door.polygon) < 0.4
+        assert shapely.intersects(things[door.id], thick_line(door.line, 2.2))
+
+
+@settings(max_examples=5, deadline=None)
+@given(SEEDS)
+def test_the_robot_gets_past_them_into_every_room(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    home = draw_home(rng)
+    world = World(home, in_doorways=tuple(in_doorways(home, 1.0, rng).values()))
+    places = shapely.points(route(world, rasterise(world), rng))
+    entered = [bool(shapely.intersects(room.polygon, places).any()) for room in home.rooms]
+    assert np.mean(entered) >= 0.8, "leaves of doors may stand against what is in the room"
+
+
+def test_there_is_less_room_in_a_doorway_with_something_in_it() -> None:
+    home = draw_home(np.random.default_rng(3), 7)
+    things = in_doorways(home, 1.0, np.random.default_rng(1))
+    empty, full = World(home), World(home, in_doorways=tuple(things.values()))
+    clear = [
+        (distance_to(rasterise(world).solid, TRUTH_RESOLUTION_M) >= ROBOT_RADIUS_M).sum() for world in (empty, full)
+    ]
+    assert clear[1] < clear[0]
+
+
+def test_the_share_says_how_many_and_which_stay_the_same_when_it_grows() -> None:
+    home = draw_home(np.random.default_rng(3), 12)
+    few, many = (in_doorways(home, share, np.random.default_rng(1)) for share in (0.5, 0.9))
+    assert 0 < len(few) < len(many)
+    assert all(many[key] == thing for key, thing in few.items())
+    assert in_doorways(home, 0.0, np.random.default_rng(1)) == {}
