@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from stillroom.maps.geometry import Line
-from stillroom.maps.grid import OccupancyGrid
+from stillroom.maps.geometry import Line, Pose, as_points
+from stillroom.maps.grid import GridFrame, OccupancyGrid
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
 from stillroom.pipeline.cells import label_cells
 from stillroom.pipeline.params import PARAMS, Params
@@ -23,9 +23,10 @@ from stillroom.pipeline.walls import (
 
 def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = PARAMS) -> SemanticMap:
     """Rooms, dividers, walls and clutter of `grid`; new ids are taken from `ids`."""
-    obstacles = separate_clutter(grid, params)
-    floor = outline(obstacles.floor, grid.frame, params, smallest_m2=params.pocket_area_m2)
-    lines = propose_dividers(floor, obstacles.floor, grid.frame, params)
+    seen = _explored_part(grid, params)
+    obstacles = separate_clutter(seen, params)
+    floor = outline(obstacles.floor, seen.frame, params, smallest_m2=params.pocket_area_m2)
+    lines = propose_dividers(floor, obstacles.floor, seen.frame, params)
     polygons = partition(floor, lines, params.face_area_m2)
     rooms, ids = new_rooms(polygons, mission_id, ids)
     dividers, ids = new_dividers(lines, rooms, ids)
@@ -35,10 +36,29 @@ def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = 
         frame=grid.frame,
         rooms=rooms,
         dividers=dividers,
-        walls=wall_features(floor, grid.occupied_distance, grid.frame, version[1:], params),
-        clutter=clutter_features(obstacles.clutter, grid.frame, version[1:], params),
+        walls=wall_features(floor, _occupied_distance(seen), seen.frame, version[1:], params),
+        clutter=clutter_features(obstacles.clutter, seen.frame, version[1:], params),
         ids=ids,
     )
+
+
+def _occupied_distance(grid: OccupancyGrid) -> npt.NDArray[np.float32]:
+    """`grid.occupied_distance` to a hundredth, in a third of the time: a map has it looked up along walls once."""
+    if not grid.occupied.any():
+        return np.full(grid.cells.shape, np.inf, np.float32)
+    distance = cv2.distanceTransform((~grid.occupied).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
+    return np.asarray(distance, np.float32) * np.float32(grid.frame.resolution)
+
+
+def _explored_part(grid: OccupancyGrid, params: Params) -> OccupancyGrid:
+    """The grid without what lies farther from everything free than walls can: the map is the same, however much is unexplored around it."""
+    left, bottom, width, height = cv2.boundingRect(grid.free.view(np.uint8))
+    margin = int(np.ceil(params.wall_reach_m / grid.frame.resolution)) + 2
+    west, south = max(left - margin, 0), max(bottom - margin, 0)
+    cells = np.ascontiguousarray(grid.cells[south : bottom + height + margin, west : left + width + margin])
+    x, y = grid.frame.to_map(as_points([(west, south)]))[0].tolist()
+    frame = GridFrame(grid.frame.resolution, cells.shape[1], cells.shape[0], Pose(x, y, grid.frame.origin.yaw))
+    return OccupancyGrid(frame, cells)
 
 
 def room_cells(semantic_map: SemanticMap, grid: OccupancyGrid, params: Params = PARAMS) -> npt.NDArray[np.int32]:

@@ -4,6 +4,7 @@ Such corners are doorposts and the ends of walls. A cut is a doorway's where wal
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -11,12 +12,13 @@ import shapely
 from shapely import MultiPolygon
 
 from stillroom.maps.geometry import Points
-from stillroom.maps.grid import GridFrame, Mask, look_up
+from stillroom.maps.grid import GridFrame, Mask
 from stillroom.pipeline.params import Params
 
 Numbers = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
+Value = TypeVar("Value", bound=np.generic)
 
 SIGHT_SAMPLES = 20
 SAME_END_M = 0.5
@@ -31,8 +33,8 @@ HOPELESS = -2.5
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """The floor's rings, floor on their left. All vertices in metres (n, 2): `after` and `before` index the neighbours on the ring, `corner`
-    marks those that stick into the floor; vertex k lies on ring `ring[k]`, `at[k]` metres from its first."""
+    """The floor's rings, floor on their left, in metres along the grid's own axes. All vertices (n, 2): `after` and `before` index the
+    neighbours on the ring, `corner` marks those that stick into the floor; vertex k lies on ring `ring[k]`, `at[k]` metres from its first."""
 
     points: Points
     after: Indices
@@ -46,8 +48,11 @@ class Outline:
 
 @dataclass(frozen=True, eq=False)
 class Cuts:
-    """Candidate dividers from `a` to `b` (n, 2), metres. `support` (n, 2) is the length of straight wall beyond each end, `two_corners` tells
-    whether both ends are corners; the ends lie on rings `ring` (n, 2), `at` (n, 2) metres from their first vertices."""
+    """Candidate dividers from `a` to `b` (n, 2), metres along the grid's own axes.
+
+    `support` (n, 2) is the length of straight wall beyond each end, `two_corners` tells whether both ends are corners; the ends lie on the
+    rings `ring` (n, 2), `at` (n, 2) metres from their first vertices.
+    """
 
     a: Points
     b: Points
@@ -77,18 +82,19 @@ class Cuts:
         )
 
 
-def outline_of(floor: MultiPolygon, params: Params) -> Outline:
-    """`floor` must not be empty."""
-    loops = [shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(shapely.get_parts(floor))]
-    counts = np.array([len(loop) for loop in loops])
+def outline_of(floor: MultiPolygon, frame: GridFrame, params: Params) -> Outline:
+    """`floor`, in the map frame, must not be empty."""
+    coordinates, ring_of = shapely.get_coordinates(shapely.get_rings(shapely.get_parts(floor)), return_index=True)
+    # rings are closed: the last vertex is the first again
+    counts = np.bincount(ring_of) - 1
+    ring = np.repeat(np.arange(len(counts)), counts)
+    points = frame.to_cells(coordinates[np.arange(len(ring)) + ring]) * frame.resolution
     offsets = np.concatenate([[0], np.cumsum(counts)])
-    points = np.concatenate(loops)
     after, before = np.arange(1, len(points) + 1), np.arange(-1, len(points) - 1)
     after[offsets[1:] - 1], before[offsets[:-1]] = offsets[:-1], offsets[1:] - 1
     into, out = points - points[before], points[after] - points
     turn = np.degrees(np.arctan2(into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0], (into * out).sum(1)))
     walked = np.concatenate([[0.0], np.cumsum(np.linalg.norm(out, axis=1))])
-    ring = np.repeat(np.arange(len(loops)), counts)
     return Outline(
         points,
         after,
@@ -119,7 +125,7 @@ def possible_cuts(
     a, b = p[corner], p[j] + share[:, None] * edge[j]
     length = np.linalg.norm(b - a, axis=1)
     kept = np.flatnonzero((length > shortest) & (length < longest))
-    middle = look_up(clearance, frame.to_cells((a[kept] + b[kept]) / 2), 0)
+    middle = cells_at(clearance, (a[kept] + b[kept]) / 2, frame)
     kept = kept[middle >= params.divider_clearance * length[kept]]
     kept = kept[_in_sight(a[kept], b[kept], mask, frame)]
     vertex = np.where(share == 0, j, np.where(share == 1, outline.after[j], -1))
@@ -151,13 +157,21 @@ def possible_cuts(
     return cuts.take(~two_corners | (corner < vertex))
 
 
+def cells_at(values: npt.NDArray[Value], places: Numbers, frame: GridFrame) -> npt.NDArray[Value]:
+    """`values` (height, width) at places (..., 2) in metres along the grid's axes; those off the grid have the value at its edge."""
+    column, row = ((places[..., k] / frame.resolution).astype(np.int64) for k in (0, 1))
+    np.clip(column, 0, frame.width - 1, out=column)
+    np.clip(row, 0, frame.height - 1, out=row)
+    return np.asarray(values[row, column])
+
+
 def _in_sight(a: Points, b: Points, mask: Mask, frame: GridFrame) -> Flags:
     """Whether the way from a to b (n, 2) leads over the floor; the ends themselves may be ragged."""
     length = np.linalg.norm(b - a, axis=1)
     margin = np.minimum(2.5 * frame.resolution / length, 0.45)[:, None]
     stations = margin + np.linspace(0, 1, SIGHT_SAMPLES)[None] * (1 - 2 * margin)
     sight = a[:, None] + stations[..., None] * (b - a)[:, None]
-    return np.asarray(look_up(mask, frame.to_cells(sight.reshape(-1, 2)), False).reshape(stations.shape).all(1))
+    return np.asarray(cells_at(mask, sight, frame).all(1))
 
 
 def _support(
@@ -201,25 +215,27 @@ def likely_cuts(cuts: Cuts) -> Cuts:
     rivals: list[list[int]] = [[] for _ in cuts.a]
     for better, worse in _rivals(cuts):
         rivals[worse].append(better)
-    chosen = np.zeros(len(rivals), bool)
-    for k, others in enumerate(rivals):
-        chosen[k] = not chosen[others].any()
-    return cuts.take(chosen)
+    chosen: list[bool] = []
+    for others in rivals:
+        chosen.append(not any(chosen[k] for k in others))
+    return cuts.take(np.array(chosen, np.bool_))
 
 
 def _rivals(cuts: Cuts) -> list[tuple[int, int]]:
     """Pairs of cuts, the smaller index first, that cross or have both ends in common."""
     a, b = cuts.a, cuts.b
-    lines, middles = shapely.linestrings(np.stack([a, b], 1)), shapely.points((a + b) / 2)
-    i, j = shapely.STRtree(lines).query(lines, predicate="intersects")
+    boxes = shapely.box(*np.minimum(a, b).T, *np.maximum(a, b).T)
+    i, j = shapely.STRtree(boxes).query(boxes)
+    i, j = i[i < j], j[i < j]
     crosses = (_side(a[j], b[j], a[i]) * _side(a[j], b[j], b[i]) < -1e-9) & (
         _side(a[i], b[i], a[j]) * _side(a[i], b[i], b[j]) < -1e-9
     )
+    middles = shapely.points((a + b) / 2)
     p, q = shapely.STRtree(middles).query(middles, predicate="dwithin", distance=SAME_END_M)
+    p, q = p[p < q], q[p < q]
     repeats = (_near(a[p], a[q]) & _near(b[p], b[q])) | (_near(a[p], b[q]) & _near(b[p], a[q]))
     first, second = np.concatenate([i[crosses], p[repeats]]), np.concatenate([j[crosses], q[repeats]])
-    pairs = np.stack([first, second], 1)[first < second]
-    return [(better, worse) for better, worse in pairs.tolist()]
+    return list(zip(first.tolist(), second.tolist(), strict=True))
 
 
 def _side(p: Points, q: Points, r: Points) -> Numbers:

@@ -4,10 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import LineString, MultiPolygon
 
 from stillroom.maps.geometry import GRID_M, Line, Points, as_line, as_points
+
+Numbers = npt.NDArray[np.float64]
 
 TOUCH_M = 0.002
 SHORTEST_M = 0.10
@@ -146,29 +149,46 @@ def centre(line: Line, floor: MultiPolygon) -> Line:
 
     Nothing holds a tracked divider across its own line, so that it would wander from one face of the wall to the other.
     """
-    rings = [shapely.get_coordinates(ring) for ring in shapely.get_rings(shapely.get_parts(floor))]
-    if not rings:
-        return line
-    begin, end = (np.concatenate([ring[k] for ring in rings]) for k in (slice(None, -1), slice(1, None)))
+    return centre_all([line], floor)[0]
+
+
+def centre_all(lines: Sequence[Line], floor: MultiPolygon) -> list[Line]:
+    """The same for each of `lines`."""
+    if floor.is_empty or not lines:
+        return list(lines)
+    coordinates, ring = shapely.get_coordinates(shapely.get_rings(shapely.get_parts(floor)), return_index=True)
+    follows = ring[1:] == ring[:-1]
+    edges = np.stack([coordinates[:-1], coordinates[1:]], 1)[follows]
+    ends = np.array(lines, dtype=np.float64)
+    tree = shapely.STRtree(shapely.linestrings(edges))
+    end, edge = tree.query(shapely.points(ends.reshape(-1, 2)), predicate="dwithin", distance=2 * TOUCH_M)
+    touching = [edges[np.sort(edge[end == k])] for k in range(2 * len(lines))]
+    boundary = shapely.boundary(floor)
+    return [
+        _centred(line, touching[2 * k], touching[2 * k + 1], boundary) if len(touching[2 * k]) else line
+        for k, line in enumerate(lines)
+    ]
+
+
+def _centred(line: Line, at_begin: Numbers, at_end: Numbers, boundary: shapely.Geometry) -> Line:
+    """`at_begin`, `at_end`: edges of the outline, (n, 2, 2), on which the line's ends lie."""
     ends = as_points(line)
     along = (ends[1] - ends[0]) / max(float(np.hypot(*(ends[1] - ends[0]))), 1e-9)
-    jambs = [_jamb(point, along, begin, end) for point in ends]
+    jambs = [_jamb(edges, along) for edges in (at_begin, at_end)]
     if jambs[0] is None or jambs[1] is None:
         return line
-    moved = _on_grid(as_points([jambs[0], jambs[1]]), shapely.boundary(floor))
+    moved = _on_grid(as_points([jambs[0], jambs[1]]), boundary)
     turned = (moved[1] - moved[0]) / max(float(np.hypot(*(moved[1] - moved[0]))), 1e-9)
     return as_line(moved) if turned @ along > PARALLEL else line
 
 
-def _jamb(point: Points, along: Points, begin: Points, end: Points) -> Points | None:
-    """The middle of the doorpost's face, (2,), on which a divider ends; None where it ends on anything else.
+def _jamb(edges: Numbers, along: Points) -> Points | None:
+    """The middle of the doorpost's face, (2,), among the `edges` (n, 2, 2) on which a divider ends; None where it ends on anything else.
 
-    `begin`, `end`: the outline's edges, both (n, 2). A doorpost's face is as short as a wall is thick and runs across the divider.
+    A doorpost's face is as short as a wall is thick and runs across the divider.
     """
-    edge = end - begin
-    length = np.hypot(*edge.T)
-    share = np.clip(((point - begin) * edge).sum(1) / np.maximum(length, 1e-9) ** 2, 0, 1)
-    gap = np.linalg.norm(begin + share[:, None] * edge - point, axis=1)
-    across = np.abs(edge @ along) < ACROSS * length
-    found = np.flatnonzero((gap < 2 * TOUCH_M) & across & (length < THICKEST_WALL_M))
-    return (begin[found[0]] + end[found[0]]) / 2 if len(found) else None
+    for begin, end in edges:
+        length = float(np.hypot(*(end - begin)))
+        if abs(float((end - begin) @ along)) < ACROSS * length and length < THICKEST_WALL_M:
+            return np.asarray((begin + end) / 2)
+    return None

@@ -5,18 +5,16 @@ parts them beyond the cut's ends, and where they are no wider than the cut is lo
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-import shapely
 from shapely import MultiPolygon
 
 from stillroom.maps.geometry import Line, Points, as_line
-from stillroom.maps.grid import GridFrame, Mask, look_up
-from stillroom.pipeline.cuts import Cuts, Indices, Numbers, Outline, likely_cuts, outline_of, possible_cuts
-from stillroom.pipeline.dividers import centre
+from stillroom.maps.grid import GridFrame, Mask
+from stillroom.pipeline.cuts import Cuts, Indices, Numbers, Outline, cells_at, likely_cuts, outline_of, possible_cuts
+from stillroom.pipeline.dividers import centre_all
 from stillroom.pipeline.params import Params
 
 WEIGHTS = {
@@ -53,9 +51,9 @@ def propose_dividers(floor: MultiPolygon, mask: Mask, frame: GridFrame, params: 
     pieces = over_segment(floor, mask, frame, params)
     groups = join_pieces(pieces, params)
     parting = groups[pieces.sides[:, 0]] != groups[pieces.sides[:, 1]]
-    ends = np.round(np.stack([pieces.cuts.a, pieces.cuts.b], 1), 3)[parting]
-    lines = [centre(as_line(line), floor) for line in ends]
-    return tuple({frozenset(line): line for line in lines}.values())
+    ends = np.stack([pieces.cuts.a, pieces.cuts.b], 1)[parting].reshape(-1, 2) / frame.resolution
+    lines = [as_line(line) for line in np.round(frame.to_map(ends), 3).reshape(-1, 2, 2)]
+    return tuple({frozenset(line): line for line in centre_all(lines, floor)}.values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,35 +75,29 @@ class Pieces:
     wall_pieces: Labels
     wall_reach: Numbers
 
-    @cached_property
-    def own(self) -> Numbers:
-        """What does not depend on which pieces are joined: (n, 3)."""
-        support = np.minimum(self.cuts.support.sum(1), 2.0)
-        return np.stack([np.ones_like(support), support, self.cuts.two_corners], 1)
-
-    def features(self, groups: Indices, params: Params) -> Numbers:
-        """What speaks for joining across each cut, in the order of `WEIGHTS`: (n, 6). `groups`: the group of each piece."""
-        here = groups[self.sides]
-        known = groups[self.wall_pieces] == here[:, None, :, None]
-        known |= self.wall_pieces == 0
+    def features(self, groups: Indices, which: Indices, params: Params) -> Numbers:
+        """What speaks for joining across the cuts `which`, in the order of `WEIGHTS`: (n, 6). `groups`: the group of each piece."""
+        here = groups[self.sides[which]]
+        walls = self.wall_pieces[which]
+        known = groups[walls] == here[:, None, :, None]
+        known |= walls == 0
         known[..., :FEWEST_LOOKS] = True
-        reach = (self.wall_reach * np.logical_and.accumulate(known, axis=3)).max(3)
-        wall_between = np.minimum(reach.min(2), params.wall_support_m).sum(1)
-        mine = groups[self.disc_pieces] == here[..., None]
-        width = 2 * (self.disc_clearance * mine).max(2)
-        narrowing = np.sort(np.log(self.cuts.length[:, None] / np.maximum(width, 0.1)), axis=1)
-        own = self.own
-        return np.stack(
-            [own[:, 0], own[:, 1], np.minimum(wall_between, 2.0), own[:, 2], narrowing[:, 1], narrowing[:, 0]], 1
-        )
+        reach = (self.wall_reach[which] * np.logical_and.accumulate(known, axis=3)).max(3)
+        wall_between = np.minimum(np.minimum(reach.min(2), params.wall_support_m).sum(1), 2.0)
+        mine = groups[self.disc_pieces[which]] == here[..., None]
+        width = 2 * (self.disc_clearance[which] * mine).max(2)
+        narrowing = np.sort(np.log(self.cuts.length[which, None] / np.maximum(width, 0.1)), axis=1)
+        support = np.minimum(self.cuts.support[which].sum(1), 2.0)
+        corners = self.cuts.two_corners[which]
+        return np.stack([np.ones(len(which)), support, wall_between, corners, narrowing[:, 1], narrowing[:, 0]], 1)
 
 
 def over_segment(floor: MultiPolygon, mask: Mask, frame: GridFrame, params: Params) -> Pieces:
     clearance = np.asarray(cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, 5), np.float32)
     clearance *= np.float32(frame.resolution)
-    outline = outline_of(floor, params)
+    outline = outline_of(floor, frame, params)
     cuts = likely_cuts(possible_cuts(outline, mask, clearance, frame, params))
-    labels, cells = _label_pieces(floor, mask, cuts, frame, params)
+    labels, cells = _label_pieces(outline, mask, cuts, frame, params)
     sides = np.stack([_beside(cuts, sign * cuts.left, labels, frame) for sign in (1.0, -1.0)], 1)
     real = (sides > 0).all(1) & (sides[:, 0] != sides[:, 1])
     cuts, sides = cuts.take(real), sides[real]
@@ -123,25 +115,22 @@ def over_segment(floor: MultiPolygon, mask: Mask, frame: GridFrame, params: Para
     )
 
 
-def _label_pieces(
-    floor: MultiPolygon, mask: Mask, cuts: Cuts, frame: GridFrame, params: Params
-) -> tuple[Labels, Indices]:
+def _label_pieces(outline: Outline, mask: Mask, cuts: Cuts, frame: GridFrame, params: Params) -> tuple[Labels, Indices]:
     """The piece of each cell, (height, width), and how many cells each has; none has number 0.
 
     The outline leaves out what is narrow in a ragged wall, where pieces would be connected behind a cut's end, and may run a little inside
     the cells' border: cuts are drawn on beyond their ends.
     """
     drawn = np.zeros(mask.shape, np.uint8)
-    rings = shapely.get_rings(shapely.get_parts(floor))
-    fixed = [np.round((frame.to_cells(shapely.get_coordinates(ring)) - 0.5) * (1 << SUBPIXEL)) for ring in rings]
-    cv2.fillPoly(drawn, [ring.astype(np.int32) for ring in fixed], 1, shift=SUBPIXEL)
+    vertices = np.round((outline.points / frame.resolution - 0.5) * (1 << SUBPIXEL)).astype(np.int32)
+    cv2.fillPoly(drawn, np.split(vertices, np.flatnonzero(np.diff(outline.ring)) + 1), 1, shift=SUBPIXEL)
     drawn &= mask.view(np.uint8)
     beyond = cuts.along * (params.outline_tolerance_m + frame.resolution)
-    ends = np.stack([frame.to_cells(cuts.a - beyond), frame.to_cells(cuts.b + beyond)], 1) - 0.5
-    for (x0, y0), (x1, y1) in np.round(ends).astype(int).tolist():
-        cv2.line(drawn, (x0, y0), (x1, y1), 0, 1, cv2.LINE_8)
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(drawn, connectivity=4)
-    cells = stats[:, cv2.CC_STAT_AREA].astype(np.int64)
+    ends = np.stack([cuts.a - beyond, cuts.b + beyond], 1) / frame.resolution - 0.5
+    for start, end in np.round(ends).astype(int).tolist():
+        cv2.line(drawn, start, end, 0, 1, cv2.LINE_8)
+    count, labels = cv2.connectedComponents(drawn, connectivity=4)
+    cells = np.bincount(labels.ravel(), minlength=count)
     cells[0] = 0
     return np.asarray(labels, np.int32), cells
 
@@ -151,7 +140,7 @@ def _beside(cuts: Cuts, towards: Points, labels: Labels, frame: GridFrame) -> In
     on = cuts.a[:, None] + BESIDE[:, None] * (cuts.b - cuts.a)[:, None]
     off = (2 * frame.resolution, 3.5 * frame.resolution)
     places = np.concatenate([on + distance * towards[:, None] for distance in off], 1)
-    found = look_up(labels, frame.to_cells(places.reshape(-1, 2)), 0).reshape(places.shape[:2]).astype(np.int64)
+    found = cells_at(labels, places, frame).astype(np.int64)
     votes = ((found[:, :, None] == found[:, None]) & (found > 0)[:, :, None]).sum(2)
     return np.asarray(np.take_along_axis(found, votes.argmax(1)[:, None], 1)[:, 0])
 
@@ -163,9 +152,7 @@ def _half_disc(
     radius = 1.25 * cuts.length + 0.8
     offsets = DISC[:, :1] * towards[:, None] + DISC[:, 1:] * cuts.along[:, None]
     places = ((cuts.a + cuts.b) / 2)[:, None] + radius[:, None, None] * offsets
-    cells = frame.to_cells(places.reshape(-1, 2))
-    shape = places.shape[:2]
-    return look_up(labels, cells, 0).reshape(shape), look_up(clearance, cells, 0).reshape(shape).astype(np.float64)
+    return cells_at(labels, places, frame), cells_at(clearance, places, frame).astype(np.float64)
 
 
 def _follow_walls(outline: Outline, cuts: Cuts, labels: Labels, frame: GridFrame) -> tuple[Labels, Numbers]:
@@ -207,8 +194,7 @@ def _stations(outline: Outline, count: Indices, labels: Labels, frame: GridFrame
     inwards = np.stack([-along[:, 1], along[:, 0]], 1)
     pieces = np.zeros(len(points), np.int32)
     for distance in (1.5 * frame.resolution, 3 * frame.resolution):
-        beside = look_up(labels, frame.to_cells(points + distance * inwards), 0)
-        pieces = np.where(pieces == 0, beside, pieces)
+        pieces = np.where(pieces == 0, cells_at(labels, points + distance * inwards, frame), pieces)
     return points, pieces
 
 
@@ -227,8 +213,8 @@ def join_pieces(pieces: Pieces, params: Params) -> Indices:
         apart = np.flatnonzero(pair[:, 0] != pair[:, 1])
         if not len(apart):
             break
-        evidence = pieces.features(groups, params) @ weights - params.divider_sensitivity
-        joined = _join_best(groups, pair[apart], evidence[apart], pieces, params)
+        evidence = pieces.features(groups, apart, params) @ weights - params.divider_sensitivity
+        joined = _join_best(groups, pair[apart], evidence, pieces, params)
         if joined is None:
             break
         groups = joined

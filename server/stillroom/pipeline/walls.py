@@ -39,28 +39,55 @@ def separate_clutter(grid: OccupancyGrid, params: Params) -> Obstacles:
 
     An enclosed obstacle is clutter if it is short, or compact and not too large; unexplored pockets under it belong to the floor.
     """
-    cell = grid.frame.resolution
-    free = _drop_specks(grid.free, params.floor_speck_m2 / cell**2)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats((~free).view(np.uint8), connectivity=8)
-    left, top, width, height, area = stats.T
-    enclosed = (left > 0) & (top > 0) & (left + width < grid.frame.width) & (top + height < grid.frame.height)
-    movable = enclosed & (np.maximum(width, height) * cell <= params.clutter_length_m)
-    for i in np.flatnonzero(enclosed & ~movable & (area * cell**2 <= params.clutter_area_m2)):
-        part = labels[top[i] : top[i] + height[i], left[i] : left[i] + width[i]] == i
-        _, sides, _ = cv2.minAreaRect(np.argwhere(part).astype(np.float32))
-        thick = (min(sides) + 1) * cell >= params.clutter_thickness_m
-        movable[i] = thick and area[i] >= params.clutter_fill * (sides[0] + 1) * (sides[1] + 1)
-    movable[0] = False
-    objects = movable[labels] if count > 1 else np.zeros_like(free)
-    return Obstacles(grid.occupied & ~objects, grid.occupied & objects, seal_diagonals(free | objects))
+    floor = np.zeros(grid.cells.shape, np.bool_)
+    left, bottom, width, height = cv2.boundingRect(grid.free.view(np.uint8))
+    # with a margin, so that what is outside of everything free is one obstacle
+    rows = slice(max(bottom - 1, 0), bottom + height + 1)
+    columns = slice(max(left - 1, 0), left + width + 1)
+    free = _drop_specks(grid.free[rows, columns], params.floor_speck_m2 / grid.frame.resolution**2)
+    floor[rows, columns] = free | _movable(~free, grid.frame.resolution, params)
+    clutter = grid.occupied & floor
+    return Obstacles(grid.occupied & ~clutter, clutter, seal_diagonals(floor))
 
 
 def _drop_specks(mask: Mask, cells: float) -> Mask:
     """`mask` without its 4-connected components of fewer than `cells` cells."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=4)
-    keep = stats[:, cv2.CC_STAT_AREA] >= cells
+    count, labels = cv2.connectedComponents(np.ascontiguousarray(mask).view(np.uint8), connectivity=4)
+    keep = np.bincount(labels.ravel(), minlength=count) >= cells
     keep[0] = False
-    return np.asarray(keep[labels])
+    return np.asarray(np.take(keep, np.asarray(labels, np.int32)))
+
+
+def _movable(obstacles: Mask, cell: float, params: Params) -> Mask:
+    """The 8-connected `obstacles` that are clutter by their shape, and what they enclose. `cell`: metres."""
+    found = np.zeros(obstacles.shape, np.uint8)
+    outlines, links = cv2.findContours(obstacles.view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    rows, columns = obstacles.shape
+    for outline_, (_, _, _, parent) in zip(
+        outlines, links.reshape(-1, 4).tolist() if len(outlines) else [], strict=True
+    ):
+        left, top, width, height = cv2.boundingRect(outline_)
+        enclosed = left > 0 and top > 0 and left + width < columns and top + height < rows
+        if parent < 0 and enclosed:
+            part = obstacles[top : top + height, left : left + width]
+            if _is_movable(np.asarray(outline_ - (left, top), np.int32), part, cell, params):
+                cv2.drawContours(found, [outline_], 0, 1, cv2.FILLED)
+    return found > 0
+
+
+def _is_movable(around: Pixels, part: Mask, cell: float, params: Params) -> bool:
+    """Whether the obstacle with the outline `around` in `part` of the map is short, or compact and not too large."""
+    if np.hypot(*part.shape) * cell <= params.clutter_length_m:
+        return True
+    _, sides, _ = cv2.minAreaRect(around)
+    length, thickness = (max(sides) + 1) * cell, (min(sides) + 1) * cell
+    if length <= params.clutter_length_m:
+        return True
+    if thickness < params.clutter_thickness_m or params.clutter_fill * length * thickness > params.clutter_area_m2:
+        return False
+    own = cv2.drawContours(np.zeros(part.shape, np.uint8), [around], 0, 1, cv2.FILLED)
+    area = np.count_nonzero(part & (own > 0)) * cell**2
+    return bool(params.clutter_fill * length * thickness <= area <= params.clutter_area_m2)
 
 
 def seal_diagonals(floor: Mask) -> Mask:
@@ -267,11 +294,27 @@ def _ring_pieces(
 def clutter_features(clutter: Mask, frame: GridFrame, version: str, params: Params) -> tuple[Clutter, ...]:
     """Each object as a polygon in the map frame around its cells."""
     contours, _ = cv2.findContours(clutter.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-    shapes = [_shape(as_points(cv2.approxPolyDP(contour, 1.0, True)) + 0.5) for contour in contours]
-    grown = shapely.buffer(shapely.make_valid(shapes), 0.5, join_style="mitre", cap_style="square", mitre_limit=1.5)
-    large = [Polygon(p.exterior) for p in polygons_in(grown) if p.area * frame.resolution**2 >= params.clutter_shown_m2]
+    boxes, rough = [], []
+    for contour in contours:
+        left, bottom, width, height = cv2.boundingRect(contour)
+        if width * height * frame.resolution**2 < params.clutter_shown_m2:
+            continue
+        if clutter[bottom : bottom + height, left : left + width].all():
+            boxes.append((left, bottom, left + width, bottom + height))
+        else:
+            rough.append(_shape(as_points(cv2.approxPolyDP(contour, 1.0, True)) + 0.5))
+    grown = shapely.buffer(_valid(rough), 0.5, join_style="mitre", cap_style="square", mitre_limit=1.5)
+    parts = polygons_in(grown) + polygons_in(shapely.box(*np.array(boxes).reshape(-1, 4).T))
+    large = [Polygon(p.exterior) for p in parts if p.area * frame.resolution**2 >= params.clutter_shown_m2]
     placed = shapely.transform(np.array(large, dtype=object), lambda p: np.round(frame.to_map(as_points(p)), 4))
     return tuple(Clutter(f"k{version}-{i}", polygon) for i, polygon in enumerate(placed, 1))
+
+
+def _valid(shapes: list[shapely.Geometry]) -> npt.NDArray[np.object_]:
+    made = np.array(shapes, dtype=object)
+    broken = ~shapely.is_valid(made)
+    made[broken] = shapely.make_valid(made[broken])
+    return made
 
 
 def _shape(points: Points) -> shapely.Geometry:
