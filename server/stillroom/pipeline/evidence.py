@@ -66,10 +66,23 @@ def faces_of_obstacles(grid: OccupancyGrid) -> Mask:
 
 def large_pieces(mask: Mask, frame: GridFrame) -> Mask:
     """`mask` without the pieces that are smaller than `PIECE_M`."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
-    large = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) * frame.resolution >= PIECE_M
-    large[0] = False
+    labels, large, _ = _pieces(mask, frame)
     return np.asarray(large[labels])
+
+
+def count_in_large_pieces(mask: Mask, frame: GridFrame) -> int:
+    """The cells of `large_pieces`."""
+    _, large, cells = _pieces(mask, frame)
+    return int(cells[large].sum())
+
+
+def _pieces(mask: Mask, frame: GridFrame) -> tuple[npt.NDArray[np.int32], Mask, npt.NDArray[np.int32]]:
+    """The component of each cell, which components are as long as `PIECE_M` (not the background), and how many cells they have."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    sides, cells = np.asarray(stats)[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]], np.asarray(stats)[:, cv2.CC_STAT_AREA]
+    large = sides.max(1) * frame.resolution >= PIECE_M
+    large[0] = False
+    return np.asarray(labels, np.int32), large, cells.astype(np.int32)
 
 
 def grown(mask: Mask, reach_m: float, frame: GridFrame) -> Mask:

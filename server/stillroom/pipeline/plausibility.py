@@ -18,11 +18,11 @@ from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.alignment import SAMPLE_M, WallSamples, sample_walls
 from stillroom.pipeline.evidence import (
     FOUND_M,
+    count_in_large_pieces,
     faces_of_obstacles,
     floor_cells,
     grown,
     known_cells,
-    large_pieces,
     look_for_walls,
 )
 from stillroom.pipeline.params import Params
@@ -88,7 +88,7 @@ def plausibility(tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> P
         floor_known=floor_known,
         in_sight_m=in_sight_m,
         walls_found=float(found.sum() / seen.sum()),
-        walls_new=float(large_pieces(new & floor, grid.frame).sum()) * grid.frame.resolution / in_sight_m,
+        walls_new=count_in_large_pieces(new & floor, grid.frame) * grid.frame.resolution / in_sight_m,
         walls_twice=twice,
     )
 
