@@ -2,12 +2,20 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from httpx2 import Response
 
 from stillroom.maps.mission import Mission
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.conflicts import Conflict, ConflictKind, Proposal, RoomScore
 from stillroom.pipeline.update import MapUpdate, update_map
+from stillroom.service.accounts import Operator
+from stillroom.service.events import events_after
+from tests.homes import Image, home
+
+if TYPE_CHECKING:
+    from tests.conftest import RobotCaller, Service
 
 Answer = Callable[[SemanticMap, Mission, MapUpdate], MapUpdate]
 """(the map in force, the mission, what the core made of it) -> what it is taken to have answered."""
@@ -83,3 +91,40 @@ def settled(key: str, change: Callable[[SemanticMap], SemanticMap], rooms: tuple
         return replace(update, outcome="resolved", map=resolved, conflicts=(met,), succeeded_at="meta_dividers")
 
     return answer
+
+
+# -- what the service says about them ------------------------------------------------------------------------------
+
+
+def send(robot: "RobotCaller", mission: str, image: Image | None = None, **meta: Any) -> dict[str, Any]:
+    """The home as it was, a cell further to the right, or another image of it."""
+    answer = robot.upload(mission, home(shift=(1, 0)) if image is None else image, **meta)
+    assert answer.status_code == 201, answer.text
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def listed(robot: "RobotCaller", state: str | None = None) -> dict[str, str]:
+    """Ids -> states."""
+    query = "" if state is None else f"?state={state}"
+    answer = robot.get(f"{robot.path()}/conflicts{query}")
+    assert answer.status_code == 200, answer.text
+    return {found["id"]: found["state"] for found in answer.json()["items"]}
+
+
+def shown(robot: "RobotCaller", key: str) -> dict[str, Any]:
+    answer = robot.get(f"{robot.path()}/conflicts/{key}")
+    assert answer.status_code == 200, answer.text
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def told(service: "Service") -> list[dict[str, Any]]:
+    """All events, oldest first."""
+    return [event.model_dump() for _, event in events_after(service.database, Operator(), 0, None, None)]
+
+
+def expect(answer: Response, status: int = 200) -> dict[str, Any]:
+    assert answer.status_code == status, answer.text
+    body: dict[str, Any] = answer.json()
+    return body

@@ -19,6 +19,7 @@ from starlette.testclient import TestClient
 
 from stillroom import logs
 from stillroom.app import create_app
+from stillroom.service import gathering
 from stillroom.service.processing import process_next
 from stillroom.service.signals import Signals
 from stillroom.settings import Settings
@@ -28,6 +29,7 @@ from stillroom.store.grids import GridStore
 from stillroom.store.migrate import migrate
 from stillroom.store.tables import metadata
 from tests import postgresql
+from tests.conflicts import Core
 from tests.homes import ORIGIN, RESOLUTION, Image, home, png
 
 # how fast the machine is, is not under test; CI asks the same questions every time, people ask new ones
@@ -291,6 +293,14 @@ def mapped(robot: RobotCaller) -> RobotCaller:
     assert first.status_code == 201, first.text
     assert first.json()["outcome"] == "created"
     return robot
+
+
+@pytest.fixture
+def core(monkeypatch: pytest.MonkeyPatch) -> Core:
+    """The core's answers can be planned."""
+    stand_in = Core()
+    monkeypatch.setattr(gathering, "update_map", stand_in)
+    return stand_in
 
 
 def features(document: Json, semantic: str) -> list[Json]:

@@ -29,7 +29,14 @@ SECURITY_HEADERS = {
 
 def create_app(settings: Settings, signals: Signals | None = None, static: Path = STATIC) -> FastAPI:
     """Nothing is opened before the app is started or the first request needs it."""
-    parts = Parts(settings.database_url, settings.grid_store_url, settings.admin_token, static, signals or Signals())
+    parts = Parts(
+        settings.database_url,
+        settings.grid_store_url,
+        settings.admin_token,
+        settings.resolvers,
+        static,
+        signals or Signals(),
+    )
     app = FastAPI(
         title="stillroom",
         version=__version__,

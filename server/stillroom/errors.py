@@ -83,6 +83,13 @@ class ChangedSince(StillroomError):
     title = "It was changed again since"
 
 
+class ProposalOutdated(StillroomError):
+    """The map has changed since it was proposed, and the proposal does not fit it any more."""
+
+    slug = "proposal-outdated"
+    title = "The proposal does not fit the map any more"
+
+
 class NotParked(StillroomError):
     slug = "not-parked"
     title = "The mission is not parked"

@@ -23,6 +23,11 @@ OWN = {
     ("GET", f"{MAP}/versions/1/cells.png"): "read",
     ("GET", f"{MAP}/versions/1/export"): "read",
     ("POST", f"{MAP}/versions/1/restore"): "edit",
+    ("POST", f"{MAP}/versions/1/undo"): "edit",
+    ("PATCH", f"{MAP}/versions/1"): "edit",
+    ("GET", f"{MAP}/versions/1/diff/1"): "read",
+    ("PUT", f"{MAP}/pin"): "edit",
+    ("DELETE", f"{MAP}/pin"): "edit",
     ("POST", f"{MAP}/edits"): "edit",
     ("GET", f"{MAP}/rooms/r1"): "read",
     ("GET", f"{MAP}/segments"): "read",
@@ -33,6 +38,10 @@ OWN = {
     ("POST", f"{MAP}/missions/0/placement"): "edit",
     ("GET", f"{MAP}/conflicts"): "read",
     ("GET", f"{MAP}/conflicts/c1"): "read",
+    ("GET", f"{MAP}/conflicts/c1/proposals/p1"): "read",
+    ("POST", f"{MAP}/conflicts/c1/decision"): "edit",
+    ("POST", f"{MAP}/conflicts/decision"): "edit",
+    ("GET", f"{MAP}/missions/0/cells.png"): "read",
 }
 MAY = {"robot": {"read", "upload"}, "person": {"read", "edit"}}
 
@@ -99,12 +108,14 @@ def test_the_table_above_names_every_route_that_is_not_public(service: Service) 
             method,
             path.format(robot="{robot}")
             .replace("ground", "{map}")
+            .replace("diff/1", "diff/{other}")
             .replace("/1/", "/{version}/")
             .replace("versions/1", "versions/{version}")
             .replace("rooms/r1", "rooms/{room}")
             .replace("missions/1", "missions/{mission}")
             .replace("missions/0", "missions/{mission}")
-            .replace("conflicts/c1", "conflicts/{conflict}"),
+            .replace("conflicts/c1", "conflicts/{conflict}")
+            .replace("proposals/p1", "proposals/{proposal}"),
         )
         for method, path in OWN
     }

@@ -2,51 +2,17 @@
 
 from dataclasses import replace
 from datetime import datetime, timedelta
-from typing import Any
-
-import pytest
 
 from stillroom.maps.meta import MetaDivider
 from stillroom.maps.mission import Mission
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.conflicts import Proposal
 from stillroom.pipeline.update import MapUpdate
-from stillroom.service import processing
-from tests.conflicts import Core, conflict, rejected, score, settled
+from tests.conflicts import Core, conflict, listed, rejected, score, send, settled, shown, told
 from tests.conftest import RobotCaller, Service
 from tests.homes import home
 
 LINE = ((2.0, -1.0), (2.0, 3.0))
-
-
-@pytest.fixture
-def core(monkeypatch: pytest.MonkeyPatch) -> Core:
-    stand_in = Core()
-    monkeypatch.setattr(processing, "update_map", stand_in)
-    return stand_in
-
-
-def send(robot: RobotCaller, mission: str) -> dict[str, Any]:
-    """The home as it was, a cell further to the right."""
-    answer = robot.upload(mission, home(shift=(1, 0)))
-    assert answer.status_code == 201, answer.text
-    found: dict[str, Any] = answer.json()
-    return found
-
-
-def listed(robot: RobotCaller, state: str | None = None) -> dict[str, str]:
-    """Ids -> states."""
-    query = "" if state is None else f"?state={state}"
-    answer = robot.get(f"{robot.path()}/conflicts{query}")
-    assert answer.status_code == 200, answer.text
-    return {found["id"]: found["state"] for found in answer.json()["items"]}
-
-
-def shown(robot: RobotCaller, key: str) -> dict[str, Any]:
-    answer = robot.get(f"{robot.path()}/conflicts/{key}")
-    assert answer.status_code == 200, answer.text
-    found: dict[str, Any] = answer.json()
-    return found
 
 
 def with_meta_divider(semantic_map: SemanticMap) -> SemanticMap:
@@ -231,15 +197,8 @@ def test_opening_and_ending_are_told(service: Service, mapped: RobotCaller, core
     core.planned["1"] = rejected("c1")
     send(mapped, "1")
     send(mapped, "2")
-    told = [row for row in events(service) if row["kind"] == "conflict"]
-    assert [(e["conflict"], e["state"], e["mission"], e["version"]) for e in told] == [
+    heard = [row for row in told(service) if row["kind"] == "conflict"]
+    assert [(e["conflict"], e["state"], e["mission"], e["version"]) for e in heard] == [
         ("c1", "open", "1", 1),
         ("c1", "superseded", "2", 2),
     ]
-
-
-def events(service: Service) -> list[dict[str, Any]]:
-    from stillroom.service.accounts import Operator
-    from stillroom.service.events import events_after
-
-    return [event.model_dump() for _, event in events_after(service.database, Operator(), 0, None, None)]

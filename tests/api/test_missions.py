@@ -284,7 +284,7 @@ def test_a_mission_that_the_core_cannot_digest_is_kept_as_reverted_and_the_lane_
         raise ZeroDivisionError("a secret of the inside")
 
     with monkeypatch.context() as patch:
-        patch.setattr("stillroom.service.processing.update_map", fail)
+        patch.setattr("stillroom.service.gathering.update_map", fail)
         failed = mapped.upload("1").json()
     assert (failed["outcome"], failed["version"]) == ("reverted", 1)
     assert "secret" not in json.dumps(failed)
@@ -299,7 +299,7 @@ def test_a_first_mission_that_fails_leaves_the_map_to_the_next(
     robot: RobotCaller, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr("stillroom.service.processing.create_semantic_map", lambda *_, **__: 1 / 0)
+        patch.setattr("stillroom.service.gathering.create_semantic_map", lambda *_, **__: 1 / 0)
         failed = robot.upload("5").json()
     assert (failed["outcome"], failed["version"]) == ("reverted", None)
     assert robot.get(robot.path()).status_code == 404

@@ -163,7 +163,7 @@ def test_the_map_is_made_by_the_first_mission_that_the_core_can_digest(
     robot: RobotCaller, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr("stillroom.service.processing.create_semantic_map", lambda *_, **__: 1 / 0)
+        patch.setattr("stillroom.service.gathering.create_semantic_map", lambda *_, **__: 1 / 0)
         for mission in ("5", "6"):
             failed = robot.upload(mission).json()
             assert (failed["outcome"], failed["version"], failed["base_version"]) == ("reverted", None, None)

@@ -168,7 +168,7 @@ def test_a_placement_that_changed_nothing_can_be_made_elsewhere(
 ) -> None:
     send(house, "1", TWINS)
     with monkeypatch.context() as patch:
-        patch.setattr("stillroom.service.processing.update_map", lambda *_, **__: 1 / 0)
+        patch.setattr("stillroom.service.gathering.update_map", lambda *_, **__: 1 / 0)
         assert place(service, house, "1", "ground").json()["decision"]["outcome"] == "reverted"
     assert house.get(house.path()).json()["version"] == 1
     moved = place(service, house, "1", "upstairs").json()["decision"]
@@ -185,6 +185,32 @@ def test_a_parked_mission_that_is_older_than_the_map_in_force_does_not_replace_i
     before = twins.get(twins.path())
     assert place(service, twins, "reset-0", "ground").json()["decision"]["outcome"] == "superseded"
     assert twins.get(twins.path()).content == before.content
+
+
+def test_a_placement_answers_the_question_that_the_mission_raised(service: Service, house: RobotCaller) -> None:
+    for mission in ("1", "2"):
+        (key,) = send(house, mission, TWINS).json()["conflicts"]
+    (asked,) = house.get(f"{house.path()}/conflicts?state=open").json()["items"]
+    assert (asked["id"], asked["kind"], asked["mission"], asked["fold_count"]) == (key, "wrong_map", "2", 1)
+    path = f"{house.path()}/conflicts/{key}/decision"
+    accepted = service.operator.request("POST", path, json={"response": "accept"})
+    assert accepted.status_code == 422
+    assert "which floor" in accepted.json()["detail"]
+    place(service, house, "2", "upstairs")
+    answered = house.get(f"{house.path()}/conflicts/{key}").json()
+    assert (answered["state"], answered["decided_by"]) == ("accepted", "operator")
+    assert answered["note"] == "Mission 2 was placed on upstairs."
+    assert house.get(f"{house.path()}/missions/2").json()["decision"]["map"] == "upstairs"
+    assert house.get(f"{house.path()}/missions/2/cells.png").status_code == 200
+
+
+def test_a_mission_that_belongs_nowhere_is_rejected(service: Service, house: RobotCaller) -> None:
+    (key,) = send(house, "1", TWINS).json()["conflicts"]
+    path = f"{house.path()}/conflicts/{key}/decision"
+    assert service.operator.request("POST", path, json={"response": "reject"}).json()["state"] == "rejected"
+    decision = house.get(f"{house.path()}/missions/1").json()["decision"]
+    assert (decision["response"], decision["conflict"], decision["version"]) == ("reject", key, 1)
+    assert place(service, house, "1", "upstairs").json()["decision"]["outcome"] == "created"
 
 
 def test_only_parked_missions_are_placed(service: Service, house: RobotCaller) -> None:

@@ -2,9 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
+import shapely
 
 from stillroom.maps.constraints import violations
+from stillroom.maps.geometry import Pose
 from stillroom.maps.grid import Cell, OccupancyGrid
 from stillroom.maps.mission import Mission
 from stillroom.maps.motion import IDENTITY
@@ -15,6 +18,7 @@ from stillroom.pipeline.params import PARAMS
 from stillroom.pipeline.update import MapUpdate, update_map
 from tests.drawing import iou, paint, rectangle
 from tests.golden.homes import CORRIDOR
+from tests.missions import mission, random_pose, sense, track_all
 
 SMALL, LARGE = 1.2, 2.0
 """Gaps (metres) in the wall between two rooms: the one is filled by meta-occupancy, the other takes meta-dividers."""
@@ -70,6 +74,25 @@ def test_what_was_made_one_s_own_holds_the_rooms_apart_without_the_meta_layer(
     assert (update.outcome, update.conflicts) == ("updated", ())
     for before, after in zip(m.rooms, update.map.rooms, strict=True):
         assert iou(before.polygon, after.polygon) > 0.98
+
+
+@pytest.mark.parametrize("gap_m", [SMALL, LARGE])
+def test_what_was_made_one_s_own_survives_missions_that_wander(home: SemanticMap, gap_m: float) -> None:
+    rng = np.random.default_rng(4)
+    grid = with_gap(gap_m)
+    m = own(resolved(home, gap_m), corrections_of(resolved(home, gap_m), ["r3"]), grid)
+    first = m
+    here = Pose()
+    for number in range(2, 8):
+        pose = random_pose(rng, 0.04, 0.003)
+        tracking = track_all(m, pose.after(here.inverse()), rng, noise_m=0.02)
+        update = update_map(m, mission(str(number), m, tracking, sense(grid, pose, rng)))
+        assert (update.outcome, update.conflicts) == ("updated", ()), update.reason
+        m, here = update.map, pose
+    back = here.inverse()
+    for before, after in zip(first.rooms, m.rooms, strict=True):
+        moved = shapely.transform(after.polygon, back.apply)
+        assert iou(before.polygon, moved) > 0.95, before.id
 
 
 @pytest.mark.parametrize("gap_m", [SMALL, LARGE])

@@ -10,7 +10,8 @@ from stillroom.maps.geometry import Pose
 from stillroom.maps.mission import Mission
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.update import RESOLVERS, MapUpdate, update_map
-from stillroom.service import processing
+from stillroom.service import gathering, processing
+from stillroom.service.steps import frame_step
 from stillroom.store import lanes, maps, missions
 from stillroom.store.database import Database
 from tests.conftest import RobotCaller, Service, features
@@ -26,7 +27,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> list[tuple[SemanticMap, Mission]]:
         calls.append((previous, mission))
         return update_map(previous, mission, **rest)
 
-    monkeypatch.setattr(processing, "update_map", remember)
+    monkeypatch.setattr(gathering, "update_map", remember)
     return calls
 
 
@@ -50,7 +51,7 @@ def test_an_edit_made_while_a_mission_is_processed_is_kept_and_carried_over(
             edits.append(service.operator.edit(mapped.path(), 1, rename).status_code)
         return result
 
-    monkeypatch.setattr(processing, "update_map", slow_update)
+    monkeypatch.setattr(gathering, "update_map", slow_update)
     mission = mapped.upload("1", home(shift=(1, 0)), base_version=1).json()
     assert edits == [200]
     assert (mission["outcome"], mission["base_version"], mission["version"]) == ("updated", 2, 3)
@@ -72,7 +73,7 @@ def test_a_restore_made_while_a_mission_is_processed_is_kept_and_carried_over(
             restores.append(answer.status_code)
         return result
 
-    monkeypatch.setattr(processing, "update_map", slow_update)
+    monkeypatch.setattr(gathering, "update_map", slow_update)
     mission = mapped.upload("1", home(shift=(1, 0))).json()
     assert restores == [201]
     assert (mission["base_version"], mission["version"]) == (2, 3)
@@ -85,13 +86,13 @@ def test_a_worker_whose_claim_was_taken_over_changes_nothing(
     mapped.upload("1", home(shift=(1, 0)), wait=None)
 
     def overtaken(previous: SemanticMap, mission: Mission, **rest: Any) -> MapUpdate:
-        monkeypatch.setattr(processing, "update_map", update_map)
+        monkeypatch.setattr(gathering, "update_map", update_map)
         with service.database.write() as tx:
             lanes.expire(tx, 1)
         assert processing.process_next(service.database, service.grids) == 1
         return update_map(previous, mission, **rest)
 
-    monkeypatch.setattr(processing, "update_map", overtaken)
+    monkeypatch.setattr(gathering, "update_map", overtaken)
     assert processing.process_next(service.database, service.grids) == 1
     assert [v["version"] for v in mapped.get(f"{mapped.path()}/versions").json()["items"]] == [2, 1]
     assert mapped.get(f"{mapped.path()}/missions/1").json()["version"] == 2
@@ -119,7 +120,7 @@ def test_a_worker_s_resolvers_reach_the_core(
         asked.append(rest["resolvers"])
         return update_map(previous, mission, **rest)
 
-    monkeypatch.setattr(processing, "update_map", remember)
+    monkeypatch.setattr(gathering, "update_map", remember)
     service.worker.paused = True
     mapped.upload("1", wait=None)
     processing.process_next(service.database, service.grids, ("meta_occupancy",))
@@ -199,7 +200,7 @@ def test_tracking_without_a_base_is_ignored_with_a_warning(
 def test_the_frame_of_every_version_is_stored(service: Service, mapped: RobotCaller) -> None:
     mapped.upload("1", home(shift=(10, 0)), base_version=1, tracking={"transform": [0.5, 0.0, 0.0]})
     with service.database.read() as tx:
-        step = processing._frame_step(tx, 1, 2)
+        step = frame_step(tx, 1, 2)
         assert maps.version_head(tx, 1, 1) is not None
         assert missions.get(tx, 2).status == "done"
     assert step is not None
@@ -228,6 +229,6 @@ def test_a_long_mission_keeps_its_claim(service: Service, mapped: RobotCaller, m
 
     renew = lanes.renew
     monkeypatch.setattr(lanes, "renew", renew_and_tell)
-    monkeypatch.setattr(processing, "update_map", long_update)
+    monkeypatch.setattr(gathering, "update_map", long_update)
     assert mapped.upload("1", home(shift=(1, 0))).json()["outcome"] == "updated"
     assert others == [None] * 4

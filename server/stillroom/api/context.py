@@ -12,8 +12,10 @@ from starlette.responses import Response
 
 from stillroom.documents import api
 from stillroom.errors import Fault, Forbidden, InvalidInput, Unauthenticated
+from stillroom.pipeline.update import ResolverName
 from stillroom.service import accounts
 from stillroom.service.accounts import Action, Principal
+from stillroom.service.planning import Means
 from stillroom.service.signals import Signals
 from stillroom.store import robots
 from stillroom.store.database import Database
@@ -31,6 +33,7 @@ class Parts:
     database_url: str
     grid_store_url: str
     admin_token: str | None
+    resolvers: tuple[ResolverName, ...]
     static: FilePath
     signals: Signals
 
@@ -41,6 +44,11 @@ class Parts:
     @cached_property
     def grids(self) -> GridStore:
         return GridStore(self.grid_store_url)
+
+    @property
+    def means(self) -> Means:
+        """To work out what a decision comes to."""
+        return Means(self.database, self.grids, self.resolvers)
 
 
 def parts(request: Request) -> Parts:

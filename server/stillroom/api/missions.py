@@ -153,6 +153,17 @@ def show_grid(service: Service, robot: RobotId, map_name: MapName, key: AnyMissi
     return png(missions.mission_grid(service.database, service.grids, robot, map_name, key), f"mission-{key}")
 
 
+@router.get(
+    "/{mission}/cells.png",
+    response_class=Response,
+    responses=PNG_RESPONSE,
+    dependencies=[Depends(allowed("read"))],
+)
+def show_cells(service: Service, robot: RobotId, map_name: MapName, key: AnyMissionId) -> Response:
+    """What the occupancy pixels mean: 254 free, 0 occupied, 205 unexplored."""
+    return png(missions.mission_cells(service.database, service.grids, robot, map_name, key), f"mission-{key}-cells")
+
+
 def wait_preference(prefer: list[str]) -> float | None:
     """Seconds that the caller would wait (RFC 7240), at most 60; None where it would not."""
     match = re.search(r"(?:^|[,;]\s*)wait\s*=\s*\"?(\d{1,9})", ",".join(prefer), re.IGNORECASE)

@@ -24,6 +24,7 @@ STATUS_CODES: dict[type[StillroomError], int] = {
     errors.AlreadyExists: 409,
     errors.MissionConflict: 409,
     errors.AlreadyDecided: 409,
+    errors.ProposalOutdated: 409,
     errors.NotParked: 409,
     errors.ChangedSince: 409,
     errors.PreconditionRequired: 428,

@@ -284,11 +284,14 @@ class CandidateDocument(Document):
 
 
 class DecisionDocument(Document):
-    """Where a person put a parked mission, and what came of it there."""
+    """What a person decided about a mission: where a parked one belongs and what came of it there, or the answer to a conflict."""
 
+    response: Literal["place", "accept", "reject", "annotate", "temporary"]
+    conflict: str | None
+    proposal: str | None
     map: str
     mission: str
-    """What it is called as a mission of that map."""
+    """Of a parked mission: what it is called as a mission of that map."""
     decided_by: str
     decided_at: datetime
     status: Status

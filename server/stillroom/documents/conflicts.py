@@ -77,7 +77,7 @@ class ConflictDocument(Document):
 
 
 class DecisionRequest(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid")
+    model_config = ConfigDict(extra="forbid")
 
     response: Response
     proposal: Annotated[str, Field(min_length=1, max_length=16)] | None = None

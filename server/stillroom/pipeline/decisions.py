@@ -7,17 +7,18 @@ import shapely
 from shapely import LineString, Polygon
 
 from stillroom.maps.constraints import violations
-from stillroom.maps.geometry import as_points, as_tuples
+from stillroom.maps.geometry import Line, as_line, as_points, as_tuples
 from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.meta import Declined, MapMeta
-from stillroom.maps.semantics import Phantom, SemanticMap, Wall
+from stillroom.maps.motion import Motion
+from stillroom.maps.semantics import Divider, Phantom, SemanticMap, Wall
 from stillroom.pipeline.edits import AcceptMetaDivider, apply_edits
 from stillroom.pipeline.edits.rooms import match_rooms
 from stillroom.pipeline.obstacles import corrected
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.phantoms import without_phantoms
 from stillroom.pipeline.resolution import ADJOINS_M
-from stillroom.pipeline.rooms import floor_of, rooms_beside
+from stillroom.pipeline.rooms import floor_of, overlaps, rooms_beside
 from stillroom.pipeline.transfer import transfer_semantics
 from stillroom.pipeline.walls import wall_features
 
@@ -69,8 +70,35 @@ def own(m: SemanticMap, corrections: MapMeta, grid: OccupancyGrid, params: Param
     )
     meta = replace(m.meta, occupancy=tuple(o for o in m.meta.occupancy if o not in closed))
     m = replace(m, phantoms=(*m.phantoms, *phantoms), meta=meta, ids=ids)
-    distance = grid_under(m, grid).occupied_distance
-    return replace(m, walls=wall_features(floor_of(m.rooms), distance, grid.frame, version[1:], params))
+    under = grid_under(m, _covering(grid, m))
+    walls = wall_features(floor_of(m.rooms), under.occupied_distance, under.frame, version[1:], params)
+    return replace(m, walls=walls)
+
+
+def annotated(m: SemanticMap, lines: Sequence[Line], motion: Motion) -> SemanticMap:
+    """The map with dividers of a person's own that were drawn in a mission's frame; `motion` takes the map's frame to that one.
+
+    They cut the map's rooms only when it is carried over to that mission.
+    """
+    names, ids = m.ids.take("d", len(lines))
+    back = motion.inverse()
+    drawn = tuple(
+        Divider(name, as_line(back.apply(as_points(line))), "open", "user")
+        for name, line in zip(names, lines, strict=True)
+    )
+    return replace(m, dividers=(*m.dividers, *drawn), ids=ids)
+
+
+def ended(before: SemanticMap, after: SemanticMap, motion: Motion) -> dict[str, str | None]:
+    """Rooms of `before` that `after` does not have -> the room that has their space there, if any."""
+    living = {room.id for room in after.rooms}
+    gone = [room for room in before.rooms if room.id not in living]
+    polygons = [shapely.transform(room.polygon, lambda p: motion.apply(as_points(p))) for room in gone]
+    common = overlaps([shapely.make_valid(p) for p in polygons], [room.polygon for room in after.rooms])
+    return {
+        room.id: after.rooms[int(row.argmax())].id if row.any() else None
+        for room, row in zip(gone, common, strict=True)
+    }
 
 
 def grid_under(m: SemanticMap, grid: OccupancyGrid) -> OccupancyGrid:
@@ -95,6 +123,7 @@ def refuse(
         tuple(d for d in m.meta.dividers if d not in corrections.dividers),
         (*m.meta.declined, *_declined(corrections, until)),
     )
+    grid = _covering(grid, m)
     opened = replace(m, meta=meta, walls=_beside(m.walls, [o.polygon for o in corrections.occupancy], grid))
     transfer = transfer_semantics(opened, grid, mission_id, params, meta)
     candidate = transfer.candidate
@@ -124,6 +153,11 @@ def refuse(
     if violations(without, transfer.grid, params.wall_reach_m):
         return Decided(replace(m, meta=replace(m.meta, declined=meta.declined)))
     return Decided(without, matched.retired)
+
+
+def _covering(grid: OccupancyGrid, m: SemanticMap) -> OccupancyGrid:
+    """The grid, as large as the map: rooms that a mission did not see may lie beyond it."""
+    return grid.covering(as_points(shapely.get_coordinates([room.polygon for room in m.rooms])))
 
 
 def _declined(corrections: MapMeta, until: str | None) -> list[Declined]:

@@ -170,21 +170,30 @@ def enclosure(region: Polygon, tracked: SemanticMap, grid: OccupancyGrid, params
 def _attach_dividers(
     dividers: Sequence[Divider], floor: MultiPolygon, params: Params
 ) -> tuple[tuple[Divider, ...], tuple[str, ...]]:
-    """Dividers with their ends on the new walls, and the ids of those that find none. Those that end on others come after these."""
+    """Dividers with their ends on the new walls, and the ids of those that find none.
+
+    Those that end on others come after these; those that meet end to end, as accepted meta-dividers do, keep their corners.
+    """
     placed: dict[str, Divider] = {}
     lost: list[str] = []
     waiting = [d.id for d in dividers]
     resting = _resting(dividers)
     by_id = {d.id: d for d in dividers}
+    ends = [end for d in dividers for end in d.line]
     while waiting:
         now = next((d for d in waiting if not any(o in waiting for o in resting[d])), waiting[0])
         waiting.remove(now)
         others = [placed[o].line for o in placed]
-        found = attach(by_id[now].line, floor, others, params.transfer_reach_m, tracked=True)
-        if isinstance(found, Adrift):
+        line = by_id[now].line
+        if any(meets := _corners(line, ends)):
+            found = _attach_chained(line, meets, floor, others, params)
+        else:
+            attached = attach(line, floor, others, params.transfer_reach_m, tracked=True)
+            found = None if isinstance(attached, Adrift) else centre(attached.line, floor)
+        if found is None:
             lost.append(now)
         else:
-            placed[now] = replace(by_id[now], line=centre(found.line, floor))
+            placed[now] = replace(by_id[now], line=found)
     return tuple(placed[d.id] for d in dividers if d.id in placed), tuple(lost)
 
 
@@ -196,15 +205,25 @@ def _attach_meta(
     ends = [end for d in meta for end in d.line]
     lines = [d.line for d in dividers]
     for d in meta:
-        meets = [ends.count(end) > 1 for end in d.line]
-        path = (
-            as_points(d.line)
-            if all(meets)
-            else attach_path(as_points(d.line), floor, lines, params.divider_reach_m, meets)
-        )
-        if path is not None:
-            placed.append(replace(d, line=as_line(path)))
+        line = _attach_chained(d.line, _corners(d.line, ends), floor, lines, params)
+        if line is not None:
+            placed.append(replace(d, line=line))
     return tuple(placed)
+
+
+def _corners(line: Line, ends: Sequence[Point]) -> list[bool]:
+    """Which ends of a line are the end of another one too; `ends` are those of all lines."""
+    return [ends.count(end) > 1 for end in line]
+
+
+def _attach_chained(
+    line: Line, meets: list[bool], floor: MultiPolygon, others: Sequence[Line], params: Params
+) -> Line | None:
+    """The line with its loose end moved to the nearest wall or other line; None where there is none."""
+    if all(meets):
+        return line
+    path = attach_path(as_points(line), floor, others, params.divider_reach_m, meets)
+    return None if path is None else as_line(path)
 
 
 def _resting(dividers: Sequence[Divider]) -> dict[str, list[str]]:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from stillroom.documents import api
-from stillroom.documents.grids import as_png
+from stillroom.documents.grids import as_png, cells_as_png
 from stillroom.documents.missions import stored_meta
 from stillroom.errors import NotFound
 from stillroom.service.maps import find_map, map_url
@@ -11,7 +11,7 @@ from stillroom.service.paging import page_of
 from stillroom.store import conflicts, maps, missions
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
-from stillroom.store.rows import MapRow, MissionRow
+from stillroom.store.rows import ConflictRow, MapRow, MissionRow
 
 
 def mission_by_id(database: Database, mission_id: int) -> api.MissionDocument:
@@ -32,6 +32,13 @@ def mission_grid(database: Database, grids: GridStore, robot_id: str, map_name: 
     with database.read() as tx:
         _, row = find_mission(tx, robot_id, map_name, key)
     return as_png(grids.get(row.grid), stored_meta(row.meta).reading())
+
+
+def mission_cells(database: Database, grids: GridStore, robot_id: str, map_name: str, key: str) -> bytes:
+    """What the cells of its grid mean, as PNG. Raises NotFound."""
+    with database.read() as tx:
+        _, row = find_mission(tx, robot_id, map_name, key)
+    return cells_as_png(grids.get(row.grid), stored_meta(row.meta).reading())
 
 
 def list_missions(
@@ -59,15 +66,44 @@ def _documents(tx: Transaction, of: MapRow, rows: Sequence[MissionRow]) -> list[
     placed = missions.placements(tx, parked) if parked else {}
     floors = {row.id: row.name for row in maps.of_robots(tx, [of.robot_id])} if placed else {}
     met = conflicts.of_missions(tx, [row.id for row in rows])
-    return [
-        _document(of, row, met[row.id], _decision(placed[row.id], floors) if row.id in placed else None) for row in rows
-    ]
+    decided = conflicts.decided(tx, [row.id for row in rows if met[row.id]])
+    documents = []
+    for row in rows:
+        decision = None
+        if row.id in placed:
+            decision = _placement(placed[row.id], floors)
+        elif row.id in decided:
+            decision = _decision(of, row, decided[row.id])
+        documents.append(_document(of, row, met[row.id], decision))
+    return documents
 
 
-def _decision(placed: MissionRow, floors: dict[int, str]) -> api.DecisionDocument:
+def _decision(of: MapRow, row: MissionRow, decided: ConflictRow) -> api.DecisionDocument:
+    """The last answer to a conflict that the mission met."""
+    return api.DecisionDocument.model_validate(
+        {
+            "response": decided.response,
+            "conflict": decided.key,
+            "proposal": decided.proposal,
+            "map": of.name,
+            "mission": row.key,
+            "decided_by": decided.decided_by,
+            "decided_at": decided.decided_at,
+            "status": "done",
+            "outcome": None,
+            "version": decided.version,
+            "reason": decided.note or "",
+        }
+    )
+
+
+def _placement(placed: MissionRow, floors: dict[int, str]) -> api.DecisionDocument:
     assert placed.placed_by is not None
     return api.DecisionDocument.model_validate(
         {
+            "response": "place",
+            "conflict": None,
+            "proposal": None,
             "map": floors[placed.map_id],
             "mission": placed.key,
             "decided_by": placed.placed_by,

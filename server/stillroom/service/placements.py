@@ -5,12 +5,14 @@ mission stays as it is: what was decided is read from the one that it became.
 """
 
 from dataclasses import dataclass
+from datetime import datetime
 
 from stillroom.errors import AlreadyDecided, NotParked
 from stillroom.service.accounts import Principal, signature
 from stillroom.service.missions import find_mission
-from stillroom.store import clock, events, lanes, maps, missions
-from stillroom.store.database import Database
+from stillroom.store import clock, conflicts, events, lanes, maps, missions
+from stillroom.store.conflicts import Ending
+from stillroom.store.database import Database, Transaction
 from stillroom.store.rows import MapRow, MissionRow
 
 WITHOUT_EFFECT = ("reverted", "superseded")
@@ -58,8 +60,23 @@ def place(database: Database, caller: Principal, robot_id: str, map_name: str, k
         now = clock.now(tx)
         placed_id = missions.add(tx, new, now)
         lanes.wake(tx, into.id)
-        events.add(tx, of, [("decision", {"mission": key})], now)
+        answered = _answer(tx, of, parked, into, signature(caller), now)
+        events.add(tx, of, [("decision", {"mission": key}), *answered], now)
     return Placement(parked.id, placed_id, into.id)
+
+
+def _answer(
+    tx: Transaction, of: MapRow, parked: MissionRow, into: MapRow, made_by: str, now: datetime
+) -> list[events.Happened]:
+    """The question which floor the mission belongs to is answered by this."""
+    happened: list[events.Happened] = []
+    for row in conflicts.standing(tx, of.id):
+        if row.kind == "wrong_map" and row.mission_id == parked.id:
+            note = f"Mission {parked.key} was placed on {into.name}."
+            conflicts.end(tx, row.id, Ending("accepted", made_by, of.head, "accept", note=note), now)
+            data = {"conflict": row.key, "state": "accepted", "mission": parked.key, "version": of.head}
+            happened.append(("conflict", data))
+    return happened
 
 
 def _check_open(parked: MissionRow, earlier: MissionRow, floor: MapRow) -> None:

@@ -12,7 +12,7 @@ from hashlib import sha256
 
 from stillroom.documents.stored import encode_ids, encode_map, encode_motion
 from stillroom.maps.semantics import SemanticMap
-from stillroom.pipeline.conflicts import Conflict
+from stillroom.pipeline.conflicts import Conflict, Proposal
 from stillroom.pipeline.update import MapUpdate
 from stillroom.store import conflicts, maps
 from stillroom.store.conflicts import Ending, NewConflict, NewProposal, NewSighting
@@ -48,7 +48,9 @@ class Met:
 
 def meet(of: MapRow, mission: MissionRow, made_by: str, previous: SemanticMap, update: MapUpdate) -> Met:
     """`of`: with the version in force that `previous` is."""
-    found = [Found(conflict, place_of(conflict), _proposals(conflict, previous)) for conflict in update.conflicts]
+    found = [
+        Found(conflict, place_of(conflict), _proposals(conflict, previous, update)) for conflict in update.conflicts
+    ]
     return Met(of, mission, made_by, previous, update, encode_motion(update.motion), found)
 
 
@@ -79,8 +81,9 @@ def keep(tx: Transaction, met: Met, version: int | None, now: datetime) -> list[
         conflict_id = _met_before(found, standing, put_off)
         if conflict_id is None:
             conflict_id = _open(tx, met.of, found, now)
-            state = "resolved_automatically" if found.conflict.resolved else "open"
-            happened.append(_event(found.conflict.id, met, version, state))
+            if conflict_id is not None:
+                state = "resolved_automatically" if found.conflict.resolved else "open"
+                happened.append(_event(found.conflict.id, met, version, state))
         if conflict_id is not None and conflict_id not in seen:
             seen.add(conflict_id)
             conflicts.add_sighting(tx, _sighting(conflict_id, found.conflict, met), found.proposals)
@@ -121,7 +124,10 @@ def _sighting(conflict_id: int, conflict: Conflict, met: Met) -> NewSighting:
     )
 
 
-def _proposals(conflict: Conflict, previous: SemanticMap) -> list[NewProposal]:
+def _proposals(conflict: Conflict, previous: SemanticMap, update: MapUpdate) -> list[NewProposal]:
+    """What can be accepted. Where the core proposes nothing, that is how things are; which floor it is, nobody can guess."""
+    as_it_is = Proposal("p1", "take_new" if update.taken else "keep_previous", True, update.map)
+    proposals = conflict.proposals or (() if update.outcome == "parked" else (as_it_is,))
     return [
         NewProposal(
             name=proposal.id,
@@ -131,22 +137,36 @@ def _proposals(conflict: Conflict, previous: SemanticMap) -> list[NewProposal]:
             document=encode_map(proposal.map),
             used_ids=encode_ids(proposal.map.ids),
         )
-        for proposal in conflict.proposals
+        for proposal in proposals
     ]
 
 
 def _is_pointless(conflict: ConflictRow, met: Met) -> bool:
-    """Whether a mission that did not meet it again says that it is over: it saw its rooms, and they came through or fail otherwise."""
+    """Whether a mission that did not meet it again says that it is over."""
     update = met.update
-    if conflict.kind == "wrong_map" or update.outcome == "parked":
+    if update.outcome == "parked" or conflict.kind == "wrong_map":
         return False
     if conflict.resolved:
-        return update.taken  # the meta layer that settled it is gone
-    scores = {score.id: score for score in update.rooms}
-    asked = {room.id for found in update.conflicts for room in found.rooms}
+        return update.taken  # the corrections that settled it are gone
+    match conflict.kind:
+        # These are about the map in force: no later mission can show again what is not there any more.
+        case "divider_lost":
+            return update.taken and any(update.map.divider(divider) is not None for divider in conflict.dividers)
+        case "restriction_unplaced":
+            unplaced = {restriction.id for restriction in update.map.restrictions if not restriction.placed}
+            return update.taken and not unplaced & set(conflict.restrictions)
+        case "shape":
+            return update.taken and all(update.map.room(room["id"]) is None for room in conflict.rooms)
+    return _came_through(conflict, met)
+
+
+def _came_through(conflict: ConflictRow, met: Met) -> bool:
+    """Whether the mission saw all its rooms, and each was carried over or is asked about otherwise."""
+    scores = {score.id: score for score in met.update.rooms}
+    asked = {room.id for found in met.update.conflicts for room in found.rooms}
     rooms = _rooms_of(conflict, met.previous)
     if not rooms:
-        return update.taken
+        return met.update.taken
     seen = (scores[room] for room in rooms if room in scores)
     return all(score.visited and (score.passed or score.id in asked) for score in seen)
 

@@ -23,6 +23,7 @@ import structlog
 
 from stillroom import logs
 from stillroom.pipeline.update import ResolverName
+from stillroom.service.decisions import expire
 from stillroom.service.processing import process_next
 from stillroom.store import lanes
 from stillroom.store.database import Database
@@ -31,6 +32,8 @@ from stillroom.store.hints import Hint, decode, encode
 
 IDLE_S = 5.0
 """A worker that was not woken looks for work this often, in case a wake-up was lost."""
+SWEEP_S = 30.0
+"""So late at most does a deadline take effect."""
 _RESTART_PAUSE_S = 1.0
 
 log = structlog.get_logger()
@@ -49,14 +52,18 @@ def run_worker(
     cv2.setNumThreads(1)
     logs.configure()
     database, grids = Database(database_url, partial(_pass_on, hints)), GridStore(grid_store)
+    swept = -SWEEP_S
     while not _ended(alive):
         pause = IDLE_S
         try:
+            if monotonic() - swept >= SWEEP_S:
+                swept = monotonic()
+                expire(database)
             if process_next(database, grids, resolvers) is not None:
                 continue
             pause = _until_next(database)
         except Exception:
-            log.exception("a mission could not be processed; it is tried again when its lease has ended")
+            log.exception("a worker could not do what was due; it is tried again")
         _wait(work, alive, pause)
 
 

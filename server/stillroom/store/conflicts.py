@@ -174,6 +174,17 @@ def of_missions(tx: Transaction, mission_ids: Sequence[int]) -> Mapping[int, Seq
     return named
 
 
+def decided(tx: Transaction, mission_ids: Sequence[int]) -> Mapping[int, ConflictRow]:
+    """The conflict that a person answered last of those that each mission met."""
+    met = sa.select(sighting.c.mission_id, sighting.c.conflict_id).where(sighting.c.mission_id.in_(mission_ids))
+    pairs = tx.execute(met).all() if mission_ids else []
+    query = _CONFLICT.where(conflict.c.id.in_({pair.conflict_id for pair in pairs}), ending.c.response.is_not(None))
+    rows = {row.id: row for row in _rows(tx, query.order_by(ending.c.decided_at, conflict.c.id))} if pairs else {}
+    order = {conflict_id: place for place, conflict_id in enumerate(rows)}
+    answered = sorted((pair for pair in pairs if pair.conflict_id in rows), key=lambda pair: order[pair.conflict_id])
+    return {pair.mission_id: rows[pair.conflict_id] for pair in answered}
+
+
 def proposals(tx: Transaction, sighting_ids: Sequence[int]) -> Mapping[int, Sequence[ProposalRow]]:
     """By sighting, in their order."""
     query = _PROPOSAL.where(proposal.c.sighting_id.in_(sighting_ids)).order_by(proposal.c.sighting_id, proposal.c.name)
