@@ -106,6 +106,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/robots/{robot}/maps/{map}/conflicts/decision": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Decide All
+         * @description The same answer to all that is open about the map.
+         */
+        post: operations["decide_all_api_v1_robots__robot__maps__map__conflicts_decision_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/robots/{robot}/maps/{map}/conflicts/{conflict}": {
         parameters: {
             query?: never;
@@ -115,6 +135,46 @@ export interface paths {
         };
         /** Show Conflict */
         get: operations["show_conflict_api_v1_robots__robot__maps__map__conflicts__conflict__get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/robots/{robot}/maps/{map}/conflicts/{conflict}/decision": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Decide
+         * @description Answered with the conflict as it ended; with `dry_run` with the map that would be in force.
+         */
+        post: operations["decide_api_v1_robots__robot__maps__map__conflicts__conflict__decision_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/robots/{robot}/maps/{map}/conflicts/{conflict}/proposals/{proposal}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Show Proposal
+         * @description The map that would be in force if it were accepted.
+         */
+        get: operations["show_proposal_api_v1_robots__robot__maps__map__conflicts__conflict__proposals__proposal__get"];
         put?: never;
         post?: never;
         delete?: never;
@@ -177,6 +237,26 @@ export interface paths {
          * @description Stores a mission durably and queues it.
          */
         put: operations["upload_api_v1_robots__robot__maps__map__missions__mission__put"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/robots/{robot}/maps/{map}/missions/{mission}/cells.png": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Show Cells
+         * @description What the occupancy pixels mean: 254 free, 0 occupied, 205 unexplored.
+         */
+        get: operations["show_cells_api_v1_robots__robot__maps__map__missions__mission__cells_png_get"];
+        put?: never;
         post?: never;
         delete?: never;
         options?: never;
@@ -756,9 +836,11 @@ export interface components {
         };
         /**
          * DecisionDocument
-         * @description Where a person put a parked mission, and what came of it there.
+         * @description What a person decided about a mission: where a parked one belongs and what came of it there, or the answer to a conflict.
          */
         DecisionDocument: {
+            /** Conflict */
+            conflict: string | null;
             /**
              * Decided At
              * Format: date-time
@@ -772,8 +854,15 @@ export interface components {
             mission: string;
             /** Outcome */
             outcome: ("created" | "updated" | "resolved" | "needs_review" | "reverted" | "superseded" | "parked") | null;
+            /** Proposal */
+            proposal: string | null;
             /** Reason */
             reason: string;
+            /**
+             * Response
+             * @enum {string}
+             */
+            response: "place" | "accept" | "reject" | "annotate" | "temporary";
             /**
              * Status
              * @enum {string}
@@ -781,6 +870,35 @@ export interface components {
             status: "queued" | "processing" | "done";
             /** Version */
             version: number | null;
+        };
+        /** DecisionRequest */
+        DecisionRequest: {
+            /**
+             * Dividers
+             * @default []
+             */
+            dividers: [
+                [
+                    number,
+                    number
+                ],
+                [
+                    number,
+                    number
+                ]
+            ][];
+            /**
+             * Note
+             * @default
+             */
+            note: string;
+            /** Proposal */
+            proposal?: string | null;
+            /**
+             * Response
+             * @enum {string}
+             */
+            response: "accept" | "reject" | "annotate" | "temporary";
         };
         /**
          * DefaultDocument
@@ -2228,6 +2346,42 @@ export interface operations {
             };
         };
     };
+    decide_all_api_v1_robots__robot__maps__map__conflicts_decision_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["DecisionRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_ConflictDocument_"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     show_conflict_api_v1_robots__robot__maps__map__conflicts__conflict__get: {
         parameters: {
             query?: never;
@@ -2248,6 +2402,79 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["ConflictDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    decide_api_v1_robots__robot__maps__map__conflicts__conflict__decision_post: {
+        parameters: {
+            query?: {
+                dry_run?: boolean;
+            };
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                conflict: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["DecisionRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ConflictDocument"] | components["schemas"]["EditPreview"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    show_proposal_api_v1_robots__robot__maps__map__conflicts__conflict__proposals__proposal__get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                conflict: string;
+                proposal: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapDocument"];
                 };
             };
             /** @description Any error */
@@ -2443,6 +2670,39 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["MissionDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    show_cells_api_v1_robots__robot__maps__map__missions__mission__cells_png_get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                mission: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/png": string;
                 };
             };
             /** @description Any error */
