@@ -12,7 +12,7 @@ from stillroom.store.database import Database, Transaction
 from stillroom.store.rows import Json, MapRow, MissionRow, VersionRow
 
 MOST_FLOORS = 10
-"""A tenth of a second each."""
+"""Some hundredths of a second each."""
 
 
 @dataclass(frozen=True)
