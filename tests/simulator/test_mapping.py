@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from stillroom.maps.geometry import Points, as_points
 from stillroom.maps.grid import Cell, Mask, OccupancyGrid
-from stillroom.simulator.building import draw_home
+from stillroom.simulator.building import draw_home, home_of
 from stillroom.simulator.changes import World
 from stillroom.simulator.distortion import Distortion, distortion_at
 from stillroom.simulator.effects import Effects, Streams
@@ -103,6 +103,16 @@ def test_a_room_behind_a_shut_door_is_not_seen_at_all(home: Home) -> None:
     (door,) = home.doors_of("Bathroom")
     assert free_area(sensed(home), home, "Bathroom") > 1.0
     assert free_area(sensed(home, shut=frozenset({door.id})), home, "Bathroom") < 0.05
+
+
+@pytest.mark.parametrize("robot", range(6))
+def test_no_ray_slips_through_thin_walls_or_shut_doors_at_any_angle(robot: int) -> None:
+    streams = Streams(2, robot)
+    home = home_of(streams, replace(Effects.NONE, thin_walls=1.0, turned=True))
+    behind = home.room("Bathroom").polygon
+    shut = frozenset(door.id for door in home.doors_of("Bathroom"))
+    of = sensed(home, shut=shut)
+    assert shapely.contains(behind, shapely.points(of.floor.centres(np.argwhere(of.seen)))).sum() == 0
 
 
 def test_the_robot_does_not_enter_a_room_that_it_leaves_out(home: Home) -> None:

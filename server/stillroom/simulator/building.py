@@ -16,7 +16,7 @@ from stillroom.simulator.homes import Door, Furniture, Home, TrueRoom
 from stillroom.simulator.openings import draw_windows
 from stillroom.simulator.plans import AS_DRAWN, ROOMS, Plan, Style, draw_plan
 
-_THIN_M = 0.055
+_THIN_M = 0.07
 _DOCK_M = (0.30, 0.45)
 """How far the dock is from the nearest wall,"""
 _DOCK_TO_DOOR_M = 1.0

@@ -10,7 +10,7 @@ import shapely
 from numpy.random import Generator
 from shapely import Polygon
 
-from stillroom.maps.geometry import Points, Pose, as_points
+from stillroom.maps.geometry import Points, Pose, as_points, polygons_in
 from stillroom.maps.grid import GridFrame, Mask, distance_to
 from stillroom.simulator.changes import World
 from stillroom.simulator.homes import Door
@@ -68,8 +68,10 @@ def rasterise(world: World) -> Floor:
         fill(solid, frame, part, 0)
     for pane in (pane for window in clear for pane in window.panes.geoms):
         fill(glass, frame, pane, 1)
-    for room in home.rooms:
-        fill(solid, frame, room.polygon, 0)
+    # all that the edge touches is filled: without half a cell less, rays would slip through thin walls
+    shrunk = shapely.buffer([room.polygon for room in home.rooms], -step / 2, join_style="mitre")
+    for part in polygons_in(shrunk):
+        fill(solid, frame, part, 0)
     for door in home.doors:
         fill(solid, frame, _threshold(door), 0)
         if door.id in world.shut:
