@@ -41,15 +41,17 @@ def carry_anchors(rooms: Sequence[Room], motion: Motion) -> list[Polygon | None]
 def find_drift(rooms: Sequence[Room], params: Params) -> tuple[Drift, ...]:
     """The rooms that have drifted, after one rigid alignment of all anchors with all rooms."""
     anchored = [(room, room.anchor) for room in rooms if room.anchor is not None]
-    if not anchored:
-        return ()
+    if all(_recall(anchor, room) >= params.drift_recall for room, anchor in anchored):
+        return ()  # as they were carried: nothing to align
     samples = [shapely.get_coordinates(shapely.segmentize(anchor.exterior, STEP_M)) for _, anchor in anchored]
     pose = _together(samples, [room.polygon for room, _ in anchored])
-    found = [
-        _drift(room, moved(anchor, pose), pose.apply(points))
-        for (room, anchor), points in zip(anchored, samples, strict=True)
-    ]
-    return tuple(d for d in found if d.recall < params.drift_recall and d.slid_m > params.drift_m)
+    aligned = [(room, moved(anchor, pose), pose.apply(p)) for (room, anchor), p in zip(anchored, samples, strict=True)]
+    found = [_drift(*one) for one in aligned if _recall(one[1], one[0]) < params.drift_recall]
+    return tuple(drift for drift in found if drift.slid_m > params.drift_m)
+
+
+def _recall(anchor: Polygon, room: Room) -> float:
+    return float(shapely.intersection(anchor, room.polygon).area / anchor.area)
 
 
 def moved(polygon: Polygon, pose: Pose) -> Polygon:

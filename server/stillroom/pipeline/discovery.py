@@ -13,7 +13,9 @@ from shapely import LineString, MultiPolygon, Polygon
 
 from stillroom.maps.geometry import Line, as_line, as_points, polygons_in
 from stillroom.maps.grid import Mask, look_up
-from stillroom.maps.meta import MetaOccupancy
+from stillroom.maps.meta import Declined, MetaOccupancy
+from stillroom.maps.semantics import Divider
+from stillroom.pipeline.declined import elsewhere
 from stillroom.pipeline.obstacles import Gap, filled, find_gaps
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.resolution import Attempt, meta_walls
@@ -35,15 +37,15 @@ SAME_M = 0.5
 class Discovery:
     """`dividers` part rooms from new floor that is a room too; `corrections` close walls towards what was only seen from afar."""
 
-    dividers: tuple[Line, ...] = ()
+    dividers: tuple[Divider, ...] = ()
     corrections: tuple[MetaOccupancy, ...] = ()
 
     def __bool__(self) -> bool:
         return bool(self.dividers or self.corrections)
 
 
-def discover(attempt: Attempt, params: Params) -> Discovery:
-    """What to do about floor that lies beyond all tracked rooms."""
+def discover(attempt: Attempt, declined: Sequence[Declined], params: Params) -> Discovery:
+    """What to do about floor that lies beyond all tracked rooms; nothing where a person `declined` it."""
     transfer = attempt.transfer
     regions = new_floor(transfer, params)
     if not regions:
@@ -61,7 +63,9 @@ def discover(attempt: Attempt, params: Params) -> Discovery:
         elif not enclosed:
             # seen through a window, or a doorway only: it fans out into the unexplored
             corrections += meta_walls(beside, transfer.grid.frame, params)
-    return Discovery(tuple(dividers), tuple(corrections))
+    allowed = elsewhere([LineString(line) for line in dividers], declined) if declined else [True] * len(dividers)
+    found = (Divider("", line) for line, allow in zip(dividers, allowed, strict=True) if allow)
+    return Discovery(tuple(found), tuple(corrections))
 
 
 def new_floor(transfer: Transfer, params: Params) -> list[Polygon]:

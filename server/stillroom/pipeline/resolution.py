@@ -27,6 +27,8 @@ from stillroom.pipeline.walls import clutter_features
 
 ResolverName = Literal["meta_occupancy", "meta_dividers"]
 
+Correction = TypeVar("Correction", MetaOccupancy, MetaDivider)
+
 ADJOINS_M = 0.30
 """A correction this near to a room adjoins it."""
 SIDE_M = 0.15
@@ -106,7 +108,7 @@ def meta_dividers(attempt: Attempt, retry: Retry, _params: Params) -> Attempt:
         if not _is_better(tried, attempt):
             break
         kept = retry(replace(tried.meta, dividers=parting(tried)))
-        attempt = tried if kept.failed - tried.failed else kept
+        attempt = attempt if kept.failed - tried.failed else kept
     return attempt
 
 
@@ -233,9 +235,11 @@ def settle(attempt: Attempt, retry: Retry, params: Params, keep: Sequence[MetaOc
 
 def minimise(attempt: Attempt, retry: Retry, keep: Sequence[MetaOccupancy] = ()) -> Attempt:
     """Without the corrections that part nothing, but for those to `keep`: the less the map disagrees with the robot, the better."""
+    if attempt.failed or not attempt.meta.corrects:
+        return attempt
     wanted = needed(attempt, keep)
     for _ in range(ROUNDS):
-        if attempt.failed or wanted == attempt.meta:
+        if wanted == attempt.meta:
             break
         tried = retry(wanted)
         if not tried.failed:
@@ -258,7 +262,8 @@ def needed(attempt: Attempt, keep: Sequence[MetaOccupancy] = ()) -> MapMeta:
     occupancy = [
         o for o in attempt.meta.occupancy if o.cell == "free" or o in keep or _parts(o.polygon, rooms, attempt)
     ]
-    return MapMeta(tuple(occupancy), tuple(d for d in attempt.meta.dividers if len(d.rooms) > 1))
+    dividers = tuple(d for d in attempt.meta.dividers if len(d.rooms) > 1)
+    return replace(attempt.meta, occupancy=tuple(occupancy), dividers=dividers)
 
 
 def _parts(polygon: Polygon, rooms: npt.NDArray[np.int32], attempt: Attempt) -> bool:
@@ -286,10 +291,8 @@ def name_corrections(candidate: SemanticMap, before: MapMeta, mission: Mission) 
     """
     occupancy, ids = _named(candidate.meta.occupancy, before.occupancy, "o", mission, candidate.ids)
     dividers, ids = _named(candidate.meta.dividers, before.dividers, "m", mission, ids)
-    return replace(candidate, meta=MapMeta(occupancy, dividers), ids=ids)
-
-
-Correction = TypeVar("Correction", MetaOccupancy, MetaDivider)
+    meta = replace(candidate.meta, occupancy=occupancy, dividers=dividers)
+    return replace(candidate, meta=meta, ids=ids)
 
 
 def _named(

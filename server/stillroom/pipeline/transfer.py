@@ -97,14 +97,14 @@ def transfer_semantics(
     mission_id: str,
     params: Params,
     meta: MapMeta = MapMeta.EMPTY,
-    discovered: Sequence[Line] = (),
+    drawn_in: Sequence[Divider] = (),
 ) -> Transfer:
     """Steps 2 to 6: obstacles into wall and clutter, walls, divider ends, rooms.
 
-    `meta` corrects the grid and cuts the floor; `discovered` are new dividers.
+    `meta` corrects the grid and cuts the floor; `drawn_in` are new dividers, whose ids are given here.
     """
-    fresh_ids, ids = tracked.ids.take("d", len(discovered))
-    found = tuple(Divider(id_, line) for id_, line in zip(fresh_ids, discovered, strict=True))
+    fresh_ids, ids = tracked.ids.take("d", len(drawn_in))
+    found = tuple(replace(divider, id=id_) for id_, divider in zip(fresh_ids, drawn_in, strict=True))
     sensed = without_phantoms(grid, tracked.phantoms)
     grid = corrected(sensed, meta.occupancy)
     shut = tuple(d.id for d in tracked.dividers if is_shut(d.line, sensed, params))

@@ -13,7 +13,7 @@ from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.meta import MapMeta
 from stillroom.maps.mission import Mission
 from stillroom.maps.motion import Motion
-from stillroom.maps.semantics import Ids, SemanticMap
+from stillroom.maps.semantics import Divider, Ids, SemanticMap
 from stillroom.pipeline.adoption import RobotSemantics, adopt_map
 from stillroom.pipeline.alignment import align
 from stillroom.pipeline.conflicts import Conflict, Proposal, detect_conflicts, loss, wrong_map
@@ -30,7 +30,7 @@ from stillroom.pipeline.transfer import Transfer, track, transfer_semantics
 
 Outcome = Literal["created", "updated", "resolved", "needs_review", "reverted", "parked"]
 Row = Literal["transfer", "meta_occupancy", "meta_dividers"]
-Carried = Callable[[MapMeta, Sequence[Line]], Attempt]
+Carried = Callable[[MapMeta, Sequence[Divider]], Attempt]
 """A transfer with that meta layer and those new dividers."""
 ROWS: tuple[Row, ...] = ("transfer", "meta_occupancy", "meta_dividers")
 RESOLVERS: tuple[ResolverName, ...] = ("meta_occupancy", "meta_dividers")
@@ -99,10 +99,12 @@ def update_map(
     stage: Stage = untimed,
     trust_registration: bool = False,
     resolvers: Sequence[ResolverName] = RESOLVERS,
+    annotations: Sequence[Line] = (),
 ) -> MapUpdate:
     """Carries the semantics of `previous` over to the mission's grid and decides whether the result is taken.
 
     `trust_registration`: somebody knows that it is this floor, so the likeliest pose counts even where registration is not sure.
+    `annotations`: dividers that the owner drew for this mission, in its frame.
     """
     with stage("align"):
         if mission.motion is None:
@@ -122,8 +124,11 @@ def update_map(
 
     declined = carry_declined(previous.meta.declined, motion)
 
-    def carried(meta: MapMeta, discovered: Sequence[Line] = ()) -> Attempt:
-        transfer = transfer_semantics(tracked, grid, mission.id, params, permitted(meta, declined), discovered)
+    owners = tuple(Divider("", line, made_by="user") for line in annotations)
+
+    def carried(meta: MapMeta, discovered: Sequence[Divider] = ()) -> Attempt:
+        drawn_in = (*owners, *discovered)
+        transfer = transfer_semantics(tracked, grid, mission.id, params, permitted(meta, declined), drawn_in)
         return Attempt(transfer, score_rooms(tracked, transfer.candidate, transfer.visited, params), grid)
 
     def whole(attempt: Attempt) -> Attempt:
@@ -140,7 +145,7 @@ def update_map(
         attempts = resolve_conflicts(first, carried, resolvers, params)
         best = settle(next(reversed(attempts.values()), first), carried, params)
     with stage("discover"):
-        if found := discover(first, params):
+        if found := discover(first, declined, params):
             best = _opened(found, best, carried, resolvers, params)
     with stage("verify"):
         best = whole(_with_candidate(best, name_corrections(best.transfer.candidate, tracked.meta, mission)))
@@ -162,7 +167,7 @@ def _opened(
     def retry(meta: MapMeta) -> Attempt:
         return carried(meta, found.dividers)
 
-    opened = retry(MapMeta(occupancy=found.corrections))
+    opened = retry(MapMeta(found.corrections))
     attempts = resolve_conflicts(opened, retry, resolvers, params)
     best = settle(next(reversed(attempts.values()), opened), retry, params, found.corrections)
     return best if best.failed <= resolved.failed else resolved
