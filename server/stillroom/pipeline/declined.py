@@ -39,7 +39,7 @@ def elsewhere(shapes: Sequence[shapely.Geometry], declined: Sequence[Declined]) 
     places = shapely.union_all([shapely.buffer(place.shape, 2 * AROUND_M) for place in declined])
     around = shapely.buffer(list(shapes), AROUND_M)
     shares = shapely.area(shapely.intersection(around, places)) / shapely.area(around)
-    return (shares <= SAME_PLACE).tolist()
+    return [bool(share <= SAME_PLACE) for share in shares]
 
 
 def _carry(place: Declined, motion: Motion) -> Declined:
