@@ -114,7 +114,7 @@ class Params:
     """Where less is, a grid with less of its floor in known rooms than this shows another floor."""
     plausible_agreement: float = 0.5
     """A grid whose walls agree less than this with the previous map's shows another floor; with all furniture moved it is 0.6 and more."""
-    plausible_twice: float = 0.17
+    plausible_twice: float = 0.175
     """A grid that has so much of the walls twice is wrecked; chance gives less."""
 
 
