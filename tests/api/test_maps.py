@@ -5,6 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stillroom.documents.stored import decode_map
+from stillroom.store import maps as versions
+from tests.conflicts import Core
 from tests.conftest import RobotCaller, Service, features
 from tests.homes import home, pixels
 
@@ -210,3 +213,34 @@ def test_a_map_whose_first_mission_waits_is_there_but_has_no_version(service: Se
     assert robot.get(f"{robot.path()}/versions").json() == {"items": [], "next": None}
     service.worker.resume()
     assert robot.get(robot.path()).status_code == 200
+
+
+def test_a_restored_version_and_a_pinned_one_are_confirmed(service: Service, mapped: RobotCaller) -> None:
+    mapped.upload("1", home(shift=(1, 0)), base_version=1, tracking={"transform": [0.05, 0.0, 0.0]})
+    assert confirmed(service, 2) == [False, False]  # moved as one rigid body, not traced anew
+    service.operator.edit(mapped.path(), 2, {"op": "pin_room", "id": "r1"})
+    assert confirmed(service, 3) == [True, False]
+    service.operator.request("POST", f"{mapped.path()}/versions/2/restore")
+    assert confirmed(service, 4) == [True, True]
+
+
+def test_a_pinned_map_is_compared_with_the_shapes_that_were_pinned(
+    service: Service, mapped: RobotCaller, core: Core
+) -> None:
+    mapped.upload("1", home(shift=(1, 0)), base_version=1, tracking={"transform": [0.05, 0.0, 0.0]})
+    service.operator.request("PUT", f"{mapped.path()}/pin")
+    mapped.upload("2", home(shift=(1, 0)))
+    asked = [call["previous"] for call in core.asked]
+    assert [room.anchor == room.polygon for room in asked[-1].rooms] == [True, True]
+    assert [room.anchor == room.polygon for room in asked[0].rooms] == [True, True]
+    mapped.upload("3", home(shift=(1, 0)))
+    carried = [room.anchor for room in core.asked[-1]["previous"].rooms]
+    assert carried != [room.polygon for room in core.asked[-1]["previous"].rooms]
+
+
+def confirmed(service: Service, number: int) -> list[bool]:
+    """Of each room of a version, whether its shape is the one that a person confirmed."""
+    with service.database.read() as tx:
+        row = versions.version_at(tx, 1, number)
+    assert row is not None
+    return [room.anchor == room.polygon for room in decode_map(row.document).rooms]

@@ -43,10 +43,10 @@ def corrections_of(m: SemanticMap, rooms: Collection[str]) -> MapMeta:
     )
 
 
-def confirm(m: SemanticMap, rooms: Collection[str]) -> SemanticMap:
-    """A person says that these rooms are as they should be."""
-    confirmed = tuple(replace(room, anchor=room.polygon) if room.id in rooms else room for room in m.rooms)
-    return replace(m, rooms=confirmed)
+def confirm(m: SemanticMap, rooms: Collection[str] | None = None) -> SemanticMap:
+    """A person says that these rooms, or all, are as they should be."""
+    confirmed = (replace(room, anchor=room.polygon) if rooms is None or room.id in rooms else room for room in m.rooms)
+    return replace(m, rooms=tuple(confirmed))
 
 
 def own(m: SemanticMap, corrections: MapMeta, grid: OccupancyGrid, params: Params = PARAMS) -> SemanticMap:

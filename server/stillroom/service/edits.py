@@ -12,6 +12,7 @@ from stillroom.documents.operations import OperationDocument, operation_document
 from stillroom.documents.stored import decode_map
 from stillroom.errors import ChangedSince, InvalidEdit, NotFound, StaleVersion
 from stillroom.maps.semantics import SemanticMap
+from stillroom.pipeline.decisions import confirm
 from stillroom.pipeline.edits import EditResult, Operation, apply_edits
 from stillroom.pipeline.edits.rebase import rebase
 from stillroom.pipeline.edits.undo import undo
@@ -105,7 +106,7 @@ def restore_version(
         row, current = maps.version_at(tx, of.id, number), maps.version_at(tx, of.id, head)
         if row is None or current is None:
             raise NotFound(f"The map {map_name} of {robot_id} has no version {number}.")
-        restored, now = decode_map(row.document, ids_of(of)), clock.now(tx)
+        restored, now = confirm(decode_map(row.document, ids_of(of))), clock.now(tx)
         new = new_version(
             restored,
             retired=_ended_by_restore(decode_map(current.document), restored),

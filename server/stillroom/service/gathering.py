@@ -13,6 +13,7 @@ from stillroom.documents.stored import decode_map
 from stillroom.maps.mission import Mission, tracked_motion
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import SemanticMap
+from stillroom.pipeline.decisions import confirm
 from stillroom.pipeline.update import RESOLVERS, MapUpdate, ResolverName, create_semantic_map, update_map
 from stillroom.service.candidates import under_version
 from stillroom.service.frames import motion_between
@@ -112,8 +113,13 @@ def gather(database: Database, mission_id: int) -> Gathered:
 
 
 def current_map(of: MapRow, version: VersionRow, now: datetime) -> SemanticMap:
-    """The map in force, ready to be changed: with its counters of ids, and without what was declined for a time that is over."""
+    """The map in force, ready to be changed: with its counters of ids, and without what was declined for a time that is over.
+
+    Who pinned this version has confirmed its shapes.
+    """
     m = decode_map(version.document, ids_of(of))
+    if of.pinned == version.number:
+        m = confirm(m)
     still = tuple(d for d in m.meta.declined if d.until is None or datetime.fromisoformat(d.until) > now)
     return replace(m, meta=replace(m.meta, declined=still))
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
+from functools import cached_property
 
 from stillroom.documents.conflicts import DecisionRequest
 from stillroom.documents.grids import read_grid
@@ -55,7 +56,7 @@ class Asked:
         """Whether the mission's map came into force when it was processed."""
         return self.mission.version != self.conflict.base_version
 
-    @property
+    @cached_property
     def current(self) -> SemanticMap:
         return current_map(self.of, self.head, self.now)
 

@@ -74,7 +74,7 @@ def keep(tx: Transaction, met: Met, version: int | None, now: datetime) -> list[
     `version`: the one in force after the mission.
     """
     standing = conflicts.standing(tx, met.of.id)
-    put_off = conflicts.put_off(tx, met.of.id, now - ANSWER_WITHIN)
+    put_off = conflicts.put_off(tx, met.of.id, now - ANSWER_WITHIN) if met.found else ()
     seen: set[int] = set()
     happened: list[Happened] = []
     for found in met.found:

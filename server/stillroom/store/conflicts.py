@@ -106,6 +106,9 @@ def add(tx: Transaction, new: NewConflict) -> int | None:
 
 
 def add_sighting(tx: Transaction, new: NewSighting, proposals: Sequence[NewProposal]) -> None:
+    """The proposals of earlier ones can't be accepted any more and go."""
+    earlier = sa.select(sighting.c.id).where(sighting.c.conflict_id == new.conflict_id)
+    tx.execute(sa.delete(proposal).where(proposal.c.sighting_id.in_(earlier)))
     made = tx.execute(sa.insert(sighting).values(vars(new)).returning(sighting.c.id)).scalar_one()
     if proposals:
         tx.execute(sa.insert(proposal), [vars(row) | {"sighting_id": made} for row in proposals])

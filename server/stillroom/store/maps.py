@@ -116,6 +116,8 @@ def add_version(tx: Transaction, map_id: int, new: NewVersion, now: datetime) ->
 
 def reserve_ids(tx: Transaction, map_id: int, used: Sequence[Json]) -> None:
     """None of these ids is given out again, whether or not they ever come into force; the lane must be locked."""
+    if not used:
+        return
     before = get(tx, map_id).used_ids
     after = dict(before)
     for counts in used:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import shapely
@@ -105,8 +106,14 @@ def with_settings(matched: Matched, settings: Sequence[Setting]) -> tuple[Room, 
                 continue
             target = room_id if direct else matched.retired.get(room_id)
             if target is not None:
-                rooms[target] = replace(rooms[target], **setting.values)
+                rooms[target] = _with_values(rooms[target], setting.values)
     return tuple(rooms.values())
+
+
+def _with_values(room: Room, values: Mapping[str, Any]) -> Room:
+    """A person who pins a room confirms its shape."""
+    changed = replace(room, **values)
+    return replace(changed, anchor=changed.polygon) if values.get("pinned") else changed
 
 
 def _room_id(setting: Setting, rooms: Iterable[Room]) -> str:
