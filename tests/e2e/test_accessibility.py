@@ -11,7 +11,7 @@ from tests.e2e.looking import shown
 from tests.homes import home
 
 AXE = ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js"
-PAGES = ("list", "rooms", "history", "old version", "signed out", "nothing")
+PAGES = ("list", "rooms", "history", "old version", "editor", "signed out", "nothing")
 Keep = Callable[[Page, str], None]
 
 
@@ -32,6 +32,13 @@ def visit(mapped: Robot, open_page: OpenPage) -> Callable[..., Page]:
         elif name == "nothing":
             page = open_page("/nothing/here", **options)
             expect(page.get_by_role("heading", name="Nothing here")).to_be_visible()
+        elif name == "editor":
+            page = open_page(f"{mapped.page}?edit", **options)
+            page.get_by_role("button", name=re.compile("^Kitchen 1")).click()
+            page.get_by_role("button", name="Divide here").click()
+            expect(page.get_by_text("1 change not saved yet")).to_be_visible()
+            page.get_by_role("region", name="Dividers").get_by_role("button").first.click()
+            expect(page.get_by_role("button", name="Turn left")).to_be_visible()
         else:
             page = open_page(mapped.page + ("?version=1" if name == "old version" else ""), **options)
             shown(page, 1 if name == "old version" else 3)

@@ -51,6 +51,14 @@ def test_both_parts_of_a_split_have_the_settings_of_the_whole() -> None:
     ]
 
 
+def test_what_is_said_of_a_room_that_the_same_batch_divides_counts_for_all_its_parts() -> None:
+    split = edit(SetRoomKind("r1", "kitchen"), PinRoom("r1"), SPLIT, RenameRoom("r1", "Kitchen"))
+    assert [(r.id, r.kind, r.pinned, r.name) for r in split.rooms if r.id != "r2"] == [
+        ("r1", "kitchen", True, "Kitchen"),
+        ("r3", "kitchen", True, "Room 3"),
+    ]
+
+
 def test_a_merger_keeps_the_settings_of_either_room() -> None:
     settled = edit(SetRoomKind("r2", "bedroom"), PinRoom("r2"))
     merged = room(edit(MergeRooms(("r1", "r2")), previous=settled), "r1")

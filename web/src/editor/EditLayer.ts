@@ -23,7 +23,17 @@ import { mayCut } from "../map/project";
 import { attach, gap, nearestOn, type Segment, snap } from "../map/snap";
 import { areaOf, splitRoom } from "../map/split";
 import { area } from "../texts";
-import { barriers, drawsLine, pick, rectangle, type Selection, shapeOf, shifted, type Tool } from "./targets";
+import {
+  barriers,
+  drawsLine,
+  pick,
+  rectangle,
+  type Selection,
+  type ShapeChange,
+  shapeOf,
+  shifted,
+  type Tool,
+} from "./targets";
 
 /** A finger is not a mouse. */
 const REACH_PX = { mouse: 12, touch: 26 } as const;
@@ -50,7 +60,7 @@ export interface EditLayerEvents {
   onPick(selection: Selection): void;
   /** Two points, end to end or corner to corner. */
   onDraw(tool: Tool, from: Position, to: Position): void;
-  onMove(selection: NonNullable<Selection>, shape: readonly Position[]): void;
+  onMove(selection: NonNullable<Selection>, change: ShapeChange): void;
   /** Rooms that the line which is being drawn would divide. */
   onParts(parts: readonly Part[]): void;
   onFirst(at: Position | null): void;
@@ -197,7 +207,7 @@ export class EditLayer {
     const { grip, moved } = this;
     if (grip) {
       this.grip = null;
-      if (moved && this.isDrag(event)) this.events.onMove(grip.selection, moved);
+      if (moved && this.isDrag(event)) this.events.onMove(grip.selection, () => moved);
       else this.moved = null;
       this.draw();
       return false;
@@ -279,7 +289,7 @@ export class EditLayer {
     const arrow = ARROWS[event.key];
     if (!shape || !selection || !arrow) return false;
     const step = event.shiftKey ? FINE_M : NUDGE_M;
-    this.events.onMove(selection, shifted(shape, [arrow[0] * step, arrow[1] * step]));
+    this.events.onMove(selection, (now) => shifted(now, [arrow[0] * step, arrow[1] * step]));
     return true;
   }
 
@@ -295,7 +305,7 @@ export class EditLayer {
       return true;
     }
     if (event.key !== "Enter" && event.key !== " ") return false;
-    this.tap(snap(this.cursor, this.segments, this.metres(SNAP_PX.mouse)).at);
+    this.tap(snap(this.cursor, this.segments, this.metres(SNAP_PX.touch)).at);
     return true;
   }
 

@@ -1,7 +1,6 @@
 import { Button } from "@mantine/core";
 import type { ReactNode } from "react";
 import { Icon } from "../icons";
-import type { Position } from "../map/document";
 import { type Mission, onRobotSince } from "../map/history";
 import * as edits from "../map/operations";
 import type { MapView } from "../map/view";
@@ -9,7 +8,7 @@ import { area } from "../texts";
 import classes from "./Editor.module.css";
 import { DividerForm, RoomForm, ZoneForm } from "./forms";
 import type { Editing, EditSession } from "./session";
-import type { Selection } from "./targets";
+import type { Selection, ShapeChange } from "./targets";
 import { editorTexts } from "./texts";
 
 export interface EditPanelProps {
@@ -19,7 +18,7 @@ export interface EditPanelProps {
   readonly selection: Selection;
   readonly onSelect: (selection: Selection) => void;
   readonly refOf: (id: string) => edits.Ref;
-  readonly onMove: (what: NonNullable<Selection>, shape: readonly Position[]) => void;
+  readonly onMove: (what: NonNullable<Selection>, change: ShapeChange) => void;
   readonly onRemove: (what: NonNullable<Selection>) => void;
   readonly onDivider: (line: edits.Line) => void;
   readonly missions: readonly Mission[];

@@ -19,7 +19,7 @@ import { openKeeper } from "./keeping";
 import { ShortcutSheet } from "./ShortcutSheet";
 import { EditSession } from "./session";
 import { Toolbar } from "./Toolbar";
-import { barriers, rectangle, type Selection, type Tool } from "./targets";
+import { barriers, rectangle, type Selection, type ShapeChange, shapeOf, type Tool } from "./targets";
 import { editorTexts } from "./texts";
 import { useEditLayer } from "./useEditLayer";
 import { useShortcuts } from "./useShortcuts";
@@ -113,11 +113,18 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
     );
   };
 
-  const move = (what: NonNullable<Selection>, shape: readonly Position[]) => {
-    const ref = refOf(what.id);
-    if (what.sort === "restriction") void session.attempt((o) => edits.moveRestriction(o, ref, shape));
-    const [from, to] = shape;
-    if (what.sort === "divider" && from && to) void session.attempt((o) => edits.moveDivider(o, ref, [from, to]));
+  /** Worked out when its turn comes, from where the thing is by then: keys are pressed faster than the service answers. */
+  const move = (what: NonNullable<Selection>, change: ShapeChange) => {
+    void session.attempt((operations) => {
+      const now = session.get();
+      const shape = shapeOf(now.document, what);
+      if (!shape) return operations;
+      const index = edits.indexOfMade(now.made, what.id);
+      const ref: edits.Ref = index === null ? { id: what.id } : { index };
+      const [from, to] = change(shape);
+      if (what.sort === "restriction") return edits.moveRestriction(operations, ref, change(shape));
+      return from && to ? edits.moveDivider(operations, ref, [from, to]) : operations;
+    });
   };
 
   const remove = (what: NonNullable<Selection>) => {
@@ -152,7 +159,7 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
   const room: RoomSelection = selection?.sort === "room" ? { room: selection.id, centre: false } : NO_ROOM;
 
   return (
-    <div className={pageClasses.page}>
+    <div className={`${pageClasses.page} ${classes.page}`}>
       <title>{`${editorTexts.title(title)} · ${texts.product}`}</title>
       <div className={pageClasses.map}>
         <MapCanvas

@@ -6,7 +6,7 @@ import { areaOf, splitRoom } from "../map/split";
 import type { RoomView } from "../map/view";
 import classes from "./Editor.module.css";
 import type { EditPanelProps } from "./EditPanel";
-import { chordAcross, grown, middle, shapeOf, shifted, turned } from "./targets";
+import { chordAcross, grown, middle, shifted, turned } from "./targets";
 import { editorTexts } from "./texts";
 
 const NUDGE_M = 0.05;
@@ -138,9 +138,8 @@ function SplitForm({ room, onDivider }: EditPanelProps & { readonly room: RoomVi
 }
 
 export function DividerForm(props: EditPanelProps & { readonly divider: DividerFeature }) {
-  const { divider, session, refOf, onMove, onRemove, state } = props;
+  const { divider, session, refOf, onMove, onRemove } = props;
   const what = { sort: "divider", id: divider.id } as const;
-  const shape = shapeOf(state.document, what) ?? [];
   const kind = divider.properties.kind;
   return (
     <>
@@ -158,13 +157,13 @@ export function DividerForm(props: EditPanelProps & { readonly divider: DividerF
           </Button>
         ))}
       </fieldset>
-      <Nudges onMove={(step) => onMove(what, shifted(shape, step))} />
+      <Nudges onMove={(step) => onMove(what, (shape) => shifted(shape, step))} />
       <fieldset className={classes.group}>
         <legend>{editorTexts.divider.turn}</legend>
-        <Button mih={44} variant="default" onClick={() => onMove(what, turned(shape, TURN))}>
+        <Button mih={44} variant="default" onClick={() => onMove(what, (shape) => turned(shape, TURN))}>
           {editorTexts.divider.turnLeft}
         </Button>
-        <Button mih={44} variant="default" onClick={() => onMove(what, turned(shape, -TURN))}>
+        <Button mih={44} variant="default" onClick={() => onMove(what, (shape) => turned(shape, -TURN))}>
           {editorTexts.divider.turnRight}
         </Button>
       </fieldset>
@@ -176,21 +175,20 @@ export function DividerForm(props: EditPanelProps & { readonly divider: DividerF
 }
 
 export function ZoneForm(props: EditPanelProps & { readonly zone: RestrictionFeature }) {
-  const { zone, onMove, onRemove, state } = props;
+  const { zone, onMove, onRemove } = props;
   const what = { sort: "restriction", id: zone.id } as const;
-  const shape = shapeOf(state.document, what) ?? [];
   return (
     <>
-      <Nudges onMove={(step) => onMove(what, shifted(shape, step))} />
+      <Nudges onMove={(step) => onMove(what, (shape) => shifted(shape, step))} />
       <fieldset className={classes.group}>
         <legend className="visually-hidden">{editorTexts.divider.larger}</legend>
-        <Button mih={44} variant="default" onClick={() => onMove(what, resized(shape, GROW_M))}>
+        <Button mih={44} variant="default" onClick={() => onMove(what, (shape) => resized(shape, GROW_M))}>
           {editorTexts.divider.larger}
         </Button>
-        <Button mih={44} variant="default" onClick={() => onMove(what, resized(shape, -GROW_M))}>
+        <Button mih={44} variant="default" onClick={() => onMove(what, (shape) => resized(shape, -GROW_M))}>
           {editorTexts.divider.smaller}
         </Button>
-        <Button mih={44} variant="default" onClick={() => onMove(what, turned(shape, TURN))}>
+        <Button mih={44} variant="default" onClick={() => onMove(what, (shape) => turned(shape, TURN))}>
           {editorTexts.divider.turnLeft}
         </Button>
       </fieldset>

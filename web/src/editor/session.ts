@@ -3,7 +3,7 @@
 import type { MapDocument } from "../map/document";
 import type { Draft, State } from "../map/draft";
 import * as drafts from "../map/draft";
-import { applyFix, type Operation, type Operations } from "../map/operations";
+import { applyFix, indexOfMade, type Operation, type Operations } from "../map/operations";
 import { project } from "../map/project";
 import { type Answer, type Preview, previewEdit, type Refused, type Stale, saveEdit, undoVersion } from "./calls";
 import type { Keeper } from "./keeping";
@@ -242,6 +242,18 @@ export class EditSession {
     this.onSaved(document);
   }
 
+  /** What the service called the things that the same operations made when it was asked last. */
+  private names(operations: Operations): ReadonlyMap<number, string> {
+    const names = new Map<number, string>();
+    if (!this.preview) return names;
+    const { of, answer } = this.preview;
+    for (const { feature } of answer.made) {
+      const index = indexOfMade(answer.made, feature);
+      if (index !== null && operations[index]?.op === of.operations[index]?.op) names.set(index, feature);
+    }
+    return names;
+  }
+
   private refusal(problem: Refused, operations: Operations): Refusal {
     return {
       text: problem.errors[0]?.detail ?? problem.detail,
@@ -283,7 +295,7 @@ export class EditSession {
             made: this.preview.answer.made,
             problems: this.preview.answer.problems,
           }
-        : { ...project(this.head, draft.present.operations), problems: [] };
+        : { ...project(this.head, draft.present.operations, this.names(draft.present.operations)), problems: [] };
     const standing =
       change.standing === "saving" || (next.standing === "saving" && change.standing === undefined)
         ? "saving"

@@ -40,6 +40,8 @@ export function rectangle([ax, ay]: Position, [bx, by]: Position): Position[] {
   ];
 }
 
+export type ShapeChange = (shape: readonly Position[]) => readonly Position[];
+
 /** The points of what can be moved: a line's ends, or a ring's corners. */
 export function shapeOf(document: MapDocument, selection: Selection): readonly Position[] | null {
   const feature = selection && document.features.find(({ id }) => id === selection.id);

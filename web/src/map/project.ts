@@ -12,12 +12,19 @@ export interface Projected {
 
 type Features = readonly MapFeature[];
 
-/** Dividers, zones and settings are right; rooms only where one is divided: what merges does so when the service is reached. */
-export function project(document: MapDocument, operations: Operations): Projected {
+/**
+ * Dividers, zones and settings are right; rooms only where one is divided: what merges does so when the service is reached.
+ * `names`: what the service calls the things that operations make, so that they keep their names.
+ */
+export function project(
+  document: MapDocument,
+  operations: Operations,
+  names: ReadonlyMap<number, string> = new Map(),
+): Projected {
   let features: Features = document.features;
   const made: { pointer: string; feature: string }[] = [];
   operations.forEach((operation, index) => {
-    const id = `new-${index}`;
+    const id = names.get(index) ?? `new-${index}`;
     const before = features;
     features = applied(features, operation, id);
     if (features.some((one) => one.id === id) && !before.some((one) => one.id === id)) {

@@ -18,6 +18,8 @@ class Matched:
     rooms: tuple[Room, ...]
     retired: Mapping[str, str | None]
     """Ids of rooms that ended -> the room that has their space now, if any."""
+    parts: Mapping[str, Sequence[str]]
+    """Ids of rooms that were divided -> the new rooms that were parts of them."""
     ids: Ids
 
 
@@ -45,13 +47,15 @@ def match_rooms(previous: Sequence[Room], pieces: Sequence[Polygon], ids: Ids, b
             retired[room.id] = candidates[survivor].id
         else:
             living = [k for k in merged if candidates[k].id in known] or merged
-            parts = [candidates[k] for k in living]
-            rooms.append(_survivor(room, parts, common[living, piece], pieces[piece]))
+            joined = [candidates[k] for k in living]
+            rooms.append(_survivor(room, joined, common[living, piece], pieces[piece]))
+    parts: dict[str, list[str]] = {}
     for piece in sorted(set(range(len(pieces))) - {p for p in goes_to if p is not None}):
         (fresh,), ids = new_rooms([pieces[piece]], None, ids)
         parent = candidates[int(common[:, piece].argmax())]
         rooms.append(_part_of(parent, fresh, (room.name for room in (*candidates, *rooms))))
-    return Matched(tuple(rooms), {name: to for name, to in retired.items() if name in known}, ids)
+        parts.setdefault(parent.id, []).append(fresh.id)
+    return Matched(tuple(rooms), {name: to for name, to in retired.items() if name in known}, parts, ids)
 
 
 def _survivor(
@@ -97,8 +101,16 @@ def _second_name(parent: Room, taken: Iterable[str]) -> str:
 
 
 def with_settings(matched: Matched, settings: Sequence[Setting]) -> tuple[Room, ...]:
-    """What the batch says about rooms. Said of one that the batch merged, it counts for the survivor, unless that one was named itself."""
+    """What the batch says about rooms.
+
+    Said of one that the batch merged, it counts for the survivor, unless that one was named itself; said of one that it divided, for
+    all parts, but for the name.
+    """
     rooms = {room.id: room for room in matched.rooms}
+    for setting in settings:
+        shared = {name: value for name, value in setting.values.items() if name in ("kind", "pinned")}
+        for part in matched.parts.get(setting.room, ()) if isinstance(setting.room, str) else ():
+            rooms[part] = replace(rooms[part], **shared)
     for direct in (False, True):
         for setting in settings:
             room_id = _room_id(setting, rooms.values())
