@@ -13,7 +13,7 @@ from stillroom.maps.meta import MapMeta
 
 MadeBy = Literal["algorithm", "user"]
 DividerKind = Literal["open", "door"]
-WallKind = Literal["wall", "open"]
+WallKind = Literal["wall", "open", "unseen"]
 RestrictionKind = Literal["no_go", "no_mop", "virtual_wall"]
 RoomKind = Literal[
     "kitchen", "dining_room", "living_room", "bedroom", "children_room", "bathroom", "toilet", "hall", "office",
@@ -74,7 +74,10 @@ class Divider:
 
 @dataclass(frozen=True)
 class Wall:
-    """A polyline of the outline: `wall` lies within the wall distance of occupied pixels, `open` borders unexplored space."""
+    """A polyline of the outline: `wall` lies within the wall distance of occupied pixels, `open` borders unexplored space.
+
+    `unseen` was wall when the robot was last there, and the mission under this map did not look.
+    """
 
     id: str
     line: tuple[Point, ...]

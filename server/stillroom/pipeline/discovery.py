@@ -19,9 +19,14 @@ from stillroom.pipeline.declined import elsewhere
 from stillroom.pipeline.obstacles import Gap, filled, find_gaps
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.resolution import Attempt, meta_walls
+from stillroom.pipeline.rooms import partition, rooms_beside
 from stillroom.pipeline.segmentation import propose_dividers
 from stillroom.pipeline.transfer import Transfer, enclosure
 
+JITTER_M = 0.15
+"""The outline of a room comes out otherwise by up to this from mission to mission."""
+NEW = 0.7
+"""A piece of floor of which more than this share is new is a new room."""
 BESIDE_M = 0.35
 """A gap this near to new floor leads to it."""
 STRAIGHT = 1.3
@@ -50,7 +55,7 @@ def discover(attempt: Attempt, declined: Sequence[Declined], params: Params) -> 
     regions = new_floor(transfer, params)
     if not regions:
         return Discovery()
-    walls = [as_points(wall.line) for wall in transfer.tracked.walls if wall.kind == "wall"]
+    walls = [as_points(wall.line) for wall in transfer.tracked.walls if wall.kind != "open"]
     gaps = find_gaps(walls, ~transfer.obstacles.floor, transfer.grid.frame, params)
     dividers: list[Line] = []
     corrections: list[MetaOccupancy] = []
@@ -58,8 +63,10 @@ def discover(attempt: Attempt, declined: Sequence[Declined], params: Params) -> 
         beside = [gap for gap in gaps if shapely.dwithin(LineString(gap.path), region, BESIDE_M)]
         enclosed = enclosure(region, transfer.tracked, transfer.grid, params) >= params.room_enclosure
         if enclosed and region.area >= params.room_area_m2:
-            _add(dividers, [as_line(gap.path[[0, -1]]) for gap in beside if is_doorway(gap, transfer, params)])
-            _add(dividers, _inside(region, transfer, params))
+            doorways = [as_line(gap.path[[0, -1]]) for gap in beside if is_doorway(gap, transfer, params)]
+            dividers += [line for line in doorways if _is_elsewhere(line, dividers)]
+            known = [d.line for d in transfer.candidate.dividers]
+            dividers += _estimated(region, [*known, *dividers], transfer, params)
         elif not enclosed:
             # seen through a window, or a doorway only: it fans out into the unexplored
             corrections += meta_walls(beside, transfer.grid.frame, params)
@@ -72,14 +79,12 @@ def new_floor(transfer: Transfer, params: Params) -> list[Polygon]:
     """The parts of the floor that no tracked room covered, too wide to be jitter."""
     frame = transfer.grid.frame
     beyond = transfer.obstacles.floor & ~filled([room.polygon for room in transfer.tracked.rooms], frame)
-    width = 2 * round(params.wall_classification_m / frame.resolution) + 1
-    opened = cv2.morphologyEx(beyond.view(np.uint8), cv2.MORPH_OPEN, np.ones((width, width), np.uint8))
-    if opened.sum() * frame.resolution**2 < params.growth_area_m2:
+    if beyond.sum() * frame.resolution**2 < params.growth_area_m2:
         return []
     known = shapely.union_all([room.polygon for room in transfer.tracked.rooms])
-    beyond_known = shapely.difference(transfer.floor, shapely.buffer(known, params.wall_classification_m))
-    parts = polygons_in(shapely.buffer(beyond_known, -params.wall_classification_m / 2, join_style="mitre"))
-    grown = [shapely.buffer(part, params.wall_classification_m / 2, join_style="mitre") for part in parts]
+    beyond_known = shapely.difference(transfer.floor, shapely.buffer(known, JITTER_M))
+    parts = polygons_in(shapely.buffer(beyond_known, -JITTER_M / 2, join_style="mitre"))
+    grown = [shapely.buffer(part, JITTER_M / 2, join_style="mitre") for part in parts]
     return [part for part in polygons_in(grown) if part.area >= params.growth_area_m2]
 
 
@@ -106,22 +111,23 @@ def _held(line: Line, transfer: Transfer) -> tuple[float, float]:
     return float(begin.mean()), float(end.mean())
 
 
-def _inside(region: Polygon, transfer: Transfer, params: Params) -> list[Line]:
-    """Automatic dividers within the new floor; where it meets what was known, only those in a wall that goes on beyond both ends."""
+def _estimated(region: Polygon, known: Sequence[Line], transfer: Transfer, params: Params) -> list[Line]:
+    """Automatic dividers that part new rooms from each other, or from what was known: those in a wall that goes on beyond both ends."""
     whole = [part for part in transfer.floor.geoms if shapely.intersects(part, region)]
     mask: Mask = transfer.obstacles.floor & filled(whole, transfer.grid.frame)
     lines = propose_dividers(MultiPolygon(whole), mask, transfer.grid.frame, params)
-    around, well_inside = shapely.buffer(region, BESIDE_M), shapely.buffer(region, -BESIDE_M)
-    return [
-        line
-        for line in lines
-        if shapely.covers(around, LineString(line))
-        and (shapely.intersects(well_inside, LineString(line)) or min(_held(line, transfer)) > HELD)
-    ]
+    lines = tuple(line for line in lines if _is_elsewhere(line, known))
+    pieces = partition(MultiPolygon(whole), [*known, *lines])
+    rooms = shapely.union_all([room.polygon for room in transfer.tracked.rooms])
+    new = shapely.area(shapely.difference(list(pieces), rooms)) > NEW * shapely.area(list(pieces))
+    wanted = []
+    for line, sides in zip(lines, rooms_beside(lines, pieces), strict=True):
+        news = sum(bool(new[side]) for side in sides[:2])
+        if len(sides) > 1 and (news == 2 or (news == 1 and min(_held(line, transfer)) > HELD)):
+            wanted.append(line)
+    return wanted
 
 
-def _add(dividers: list[Line], more: Sequence[Line]) -> None:
-    for line in more:
-        middle = as_points(line).mean(0)
-        if all(np.hypot(*(as_points(other).mean(0) - middle)) > SAME_M for other in dividers):
-            dividers.append(line)
+def _is_elsewhere(line: Line, others: Sequence[Line]) -> bool:
+    middle = as_points(line).mean(0)
+    return all(np.hypot(*(as_points(other).mean(0) - middle)) > SAME_M for other in others)

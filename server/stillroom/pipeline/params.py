@@ -83,8 +83,8 @@ class Params:
     """and that slid farther than this against the others, has drifted."""
 
     # -- discovery --
-    growth_area_m2: float = 1.0
-    """New floor beyond all rooms that is looked at: less is an alcove that furniture hid."""
+    growth_area_m2: float = 0.3
+    """New floor beyond all rooms that is looked at."""
     room_enclosure: float = 0.5
     """New floor is a room where walls bound this share of it, what it shares with known rooms apart."""
 

@@ -73,7 +73,7 @@ class Plausibility:
 
 def plausibility(tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> Plausibility:
     """Compares `tracked`, the previous map moved into the mission's frame (aligned), with the mission's grid."""
-    samples = sample_walls([as_points(wall.line) for wall in tracked.walls if wall.kind == "wall"])
+    samples = sample_walls([as_points(wall.line) for wall in tracked.walls if wall.kind != "open"])
     found, seen = look_for_walls(samples, grown(grid.occupied, FOUND_M, grid.frame), grid)
     floor = floor_cells(tracked, grid.frame)
     floor_known = float((grid.free & floor).sum() / max(int(grid.free.sum()), 1))

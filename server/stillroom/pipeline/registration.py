@@ -148,7 +148,7 @@ class _Known:
         floor = floor_cells(previous, frame)
         return _Known(
             outline=sample_walls([line for _, line in lines]),
-            walls=sample_walls([line for kind, line in lines if kind == "wall"]),
+            walls=sample_walls([line for kind, line in lines if kind != "open"]),
             open=sample_walls([line for kind, line in lines if kind == "open"]),
             frame=frame,
             floor=floor,

@@ -128,7 +128,7 @@ def _is_better(tried: Attempt, before: Attempt) -> bool:
 def wall_differences(attempt: Attempt, params: Params) -> tuple[MetaOccupancy, ...]:
     """Sections of the tracked walls that are no wall now, small and beside failed rooms."""
     transfer = attempt.transfer
-    walls = [as_points(wall.line) for wall in transfer.tracked.walls if wall.kind == "wall"]
+    walls = [as_points(wall.line) for wall in transfer.tracked.walls if wall.kind != "open"]
     gaps = find_gaps(walls, transfer.obstacles.wall, transfer.grid.frame, params, LEAP_M)
     sections = meta_walls(gaps, transfer.grid.frame, params)
     rooms = [room.polygon for room in attempt.failed_rooms()]

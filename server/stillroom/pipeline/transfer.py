@@ -15,7 +15,7 @@ from stillroom.maps.geometry import Line, Point, Points, as_line, as_points, as_
 from stillroom.maps.grid import GridFrame, OccupancyGrid, look_up
 from stillroom.maps.meta import MapMeta, MetaDivider
 from stillroom.maps.motion import Motion
-from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
+from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap, Wall
 from stillroom.pipeline.anchor import carry_anchors
 from stillroom.pipeline.dividers import Adrift, attach, attach_path, centre
 from stillroom.pipeline.obstacles import SUBPIXEL, classify_obstacles, corrected, drawn, is_shut
@@ -127,7 +127,9 @@ def transfer_semantics(
             for d, ids_ in zip(dividers, beside[: len(dividers)], strict=True)
             if d.id not in fresh_ids or len(ids_) > 1
         ),
-        walls=wall_features(floor, grid.occupied_distance, grid.frame, version[1:], params),
+        walls=_remembered(
+            wall_features(floor, grid.occupied_distance, grid.frame, version[1:], params), tracked, params
+        ),
         clutter=clutter_features(obstacles.clutter, grid.frame, version[1:], params),
         meta=replace(
             meta,
@@ -152,6 +154,18 @@ def _worth(floor: MultiPolygon, tracked: SemanticMap, grid: OccupancyGrid, param
             if before >= NEW_SHARE * part.area
             or (part.area >= params.room_area_m2 and enclosure(part, tracked, grid, params) >= params.room_enclosure)
         ]
+    )
+
+
+def _remembered(walls: Sequence[Wall], tracked: SemanticMap, params: Params) -> tuple[Wall, ...]:
+    """Walls of which the open ones that were walls before are told apart: the mission did not look there."""
+    before = shapely.MultiLineString([wall.line for wall in tracked.walls if wall.kind != "open"])
+    band = shapely.buffer(before, params.wall_reach_m, cap_style="flat", quad_segs=2)
+    lines = [shapely.LineString(wall.line) for wall in walls]
+    shares = shapely.length(shapely.intersection(lines, band)) / np.maximum(shapely.length(lines), 1e-9)
+    return tuple(
+        replace(wall, kind="unseen") if wall.kind == "open" and share > SEEN_SHARE else wall
+        for wall, share in zip(walls, shares.tolist(), strict=True)
     )
 
 
