@@ -98,7 +98,6 @@ def test_no_single_mission_of_those_shows_anything() -> None:
         assert all(score.precision > 0.9 and score.recall > 0.9 for score in update.rooms)
 
 
-@CREEPS
 def test_a_room_that_creeps_slantwise_is_noticed_too() -> None:
     """Anchor recall is (1 - 0.025 n) (1 - 0.035 n): less than 0.8 after the fourth."""
     updates = list(creep(4, (0.1, 0.14)))
