@@ -1,9 +1,10 @@
 """The history of a map."""
 
 import re
+from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 from tests.e2e.conftest import OpenPage, Robot
 from tests.e2e.looking import shown
@@ -88,3 +89,55 @@ def test_an_old_version_stays_in_view_when_a_new_one_arrives(stepped: Robot, ope
     stepped.upload("2", home(), base_version=3, tracking={"transform": [-0.05, 0.0, 0.0]})
     expect(page.get_by_text("Version 1 of 4")).to_be_visible()
     shown(page, 1)
+
+
+def opened(page: Page, version: int) -> Locator:
+    """An entry of the list, unfolded."""
+    page.get_by_role("tab", name="History").click()
+    page.get_by_role("button", name=re.compile(f"^Version {version} ")).click()
+    return page.locator("li[data-shown=true]")
+
+
+def test_two_versions_are_laid_over_each_other_and_compared_in_words(
+    stepped: Robot, open_page: OpenPage, keep: Callable[[Page, str], None]
+) -> None:
+    stepped.edit(3, {"op": "rename_room", "id": "r1", "name": "Pantry"})
+    page = open_page(f"{stepped.page}?version=2")
+    opened(page, 2)
+    page.get_by_role("button", name="Compare with now").click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("Version 2 and 4")
+    expect(page.get_by_role("region", name="What changed").get_by_role("listitem")).to_have_text(
+        [re.compile("is called Pantry now")]
+    )
+    keep(page, "compare-1440-light")
+    slider = page.get_by_role("slider", name="How much of which version is shown")
+    slider.press("Home")
+    page.get_by_role("button", name="Swap").click()
+    expect(slider).to_have_value("100")
+    page.set_viewport_size({"width": 360, "height": 740})
+    keep(page, "compare-360-light")
+    page.get_by_role("button", name="Back to the map").click()
+    shown(page, 4)
+
+
+def test_an_old_version_is_brought_back(stepped: Robot, open_page: OpenPage) -> None:
+    page = open_page(f"{stepped.page}?version=1")
+    shown(page, 1)
+    entry = opened(page, 1)
+    entry.get_by_role("button", name="Restore this version").click()
+    shown(page, 4)
+    expect(page.get_by_text("An earlier version was restored").first).to_be_visible()
+
+
+def test_a_version_is_named_and_pinned(stepped: Robot, open_page: OpenPage, keep: Callable[[Page, str], None]) -> None:
+    page = open_page(stepped.page)
+    page.get_by_role("tab", name="History").click()
+    entry = page.locator("li[data-shown=true]")
+    entry.get_by_label("Name of this version").fill("As it should be")
+    entry.get_by_role("button", name="Set name").click()
+    expect(page.get_by_role("button", name=re.compile("^Version 3 .*As it should be"))).to_be_visible()
+    entry.get_by_role("button", name="Pin this version").click()
+    expect(entry.get_by_text("pinned", exact=True)).to_be_visible()
+    keep(page, "history-pinned-1440-light")
+    entry.get_by_role("button", name="Unpin").click()
+    expect(entry.get_by_text("pinned", exact=True)).to_have_count(0)

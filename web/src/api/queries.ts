@@ -78,6 +78,18 @@ export const versionQuery = (robot: string, map: string, version: number) =>
     },
   });
 
+export const diffQuery = (robot: string, map: string, version: number, other: number) =>
+  queryOptions({
+    queryKey: ["diff", robot, map, version, other],
+    queryFn: ({ signal }) =>
+      answered(
+        api.GET("/api/v1/robots/{robot}/maps/{map}/versions/{version}/diff/{other}", {
+          params: { path: { robot, map, version, other } },
+          signal,
+        }),
+      ),
+  });
+
 export const missionsQuery = (robot: string, map: string) =>
   infiniteQueryOptions({
     queryKey: [...mapKey(robot, map), "missions"],

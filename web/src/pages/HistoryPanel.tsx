@@ -1,20 +1,30 @@
-import { Button } from "@mantine/core";
+import { Button, useComputedColorScheme } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { useMemo, useRef } from "react";
+import { versionQuery } from "../api/queries";
+import { Icon } from "../icons";
 import { Moment } from "../Moment";
-import { byMission, type Mission, type Version } from "../map/history";
+import { byMission, type Mission, onRobotSince, type Version } from "../map/history";
+import { viewMap } from "../map/view";
 import { texts } from "../texts";
+import { useSeen } from "../useSeen";
 import { describeMission, describeScore, isUnchanged, madeBy } from "../words";
 import classes from "./HistoryPanel.module.css";
 import { Failure, Loading } from "./states";
+import { Thumbnail } from "./Thumbnail";
 import type { History } from "./useHistory";
+import { VersionActions } from "./VersionActions";
 
 interface HistoryPanelProps {
   readonly history: History;
   readonly shown: number;
   readonly newest: number;
+  readonly pinned: number | null;
   readonly onChoose: (version: number | null) => void;
+  readonly onCompare: (before: number, after: number) => void;
 }
 
-export function HistoryPanel({ history, shown, newest, onChoose }: HistoryPanelProps) {
+export function HistoryPanel({ history, shown, newest, pinned, onChoose, onCompare }: HistoryPanelProps) {
   if (history.isPending) return <Loading />;
   if (history.error && history.entries.length === 0) {
     return <Failure what={texts.history.failed} error={history.error} retry={history.retry} />;
@@ -30,6 +40,11 @@ export function HistoryPanel({ history, shown, newest, onChoose }: HistoryPanelP
               mission={entry.mission}
               isShown={entry.version.version === shown}
               isNewest={entry.version.version === newest}
+              newest={newest}
+              pinned={pinned}
+              missions={history.missions}
+              onCompare={onCompare}
+              onNewest={() => onChoose(null)}
               onChoose={() => onChoose(entry.version.version === newest ? null : entry.version.version)}
             />
           ) : (
@@ -56,25 +71,61 @@ interface VersionEntryProps {
   readonly mission: Mission | null;
   readonly isShown: boolean;
   readonly isNewest: boolean;
+  readonly newest: number;
+  readonly pinned: number | null;
+  readonly missions: readonly Mission[];
   readonly onChoose: () => void;
+  readonly onCompare: (before: number, after: number) => void;
+  readonly onNewest: () => void;
 }
 
-function VersionEntry({ version, mission, isShown, isNewest, onChoose }: VersionEntryProps) {
+function VersionEntry(props: VersionEntryProps) {
+  const { version, mission, isShown, isNewest, pinned, missions, onChoose } = props;
   const outcome = mission ? describeMission(mission) : texts.history.cause[version.cause];
   return (
     <li className={classes.entry} data-shown={isShown}>
       <button type="button" className={classes.choose} aria-pressed={isShown} onClick={onChoose}>
         <span className={classes.number}>{texts.history.version(version.version)}</span>
-        {isNewest && <span className={classes.inForce}>{texts.history.inForce}</span>}
+        <span className={classes.marks}>
+          {isNewest && <span className={classes.inForce}>{texts.history.inForce}</span>}
+          {isNewest && pinned !== null && (
+            <span className={classes.inForce}>
+              <Icon name="pin" size={12} /> {texts.history.pinned}
+            </span>
+          )}
+        </span>
+        {version.name !== null && <span className={classes.named}>{version.name}</span>}
         <span className={classes.what}>{outcome}</span>
         <span className={classes.who}>
           {madeBy(version.made_by)}
           {byMission(version) && version.mission !== null && `, ${texts.history.mission(version.mission)}`},{" "}
           <Moment at={version.created_at} />
         </span>
+        <Picture version={version} />
       </button>
       {isShown && mission && <MissionDetails mission={mission} />}
+      {isShown && !byMission(version) && <OnRobot version={version} missions={missions} />}
+      {isShown && <VersionActions {...props} />}
     </li>
+  );
+}
+
+/** Whether the robot has what a person changed: it takes a version along when it sets out. */
+function OnRobot({ version, missions }: { readonly version: Version; readonly missions: readonly Mission[] }) {
+  const since = onRobotSince(version.version, missions);
+  return <p className={classes.details}>{since === null ? texts.history.notOnRobot : texts.history.onRobot(since)}</p>;
+}
+
+function Picture({ version }: { readonly version: Version }) {
+  const place = useRef<HTMLSpanElement>(null);
+  const seen = useSeen(place);
+  const scheme = useComputedColorScheme("light");
+  const found = useQuery({ ...versionQuery(version.robot, version.map, version.version), enabled: seen });
+  const view = useMemo(() => found.data && viewMap(found.data), [found.data]);
+  return (
+    <span ref={place} className={classes.picture} aria-hidden="true">
+      {view && <Thumbnail view={view} scheme={scheme} label={texts.history.picture(version.version)} />}
+    </span>
   );
 }
 

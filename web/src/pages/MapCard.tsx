@@ -1,6 +1,6 @@
 import { Skeleton, useComputedColorScheme } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
-import { type RefObject, useEffect, useMemo, useRef, useState } from "react";
+import { useMemo, useRef } from "react";
 import { Link } from "wouter";
 import type { Schemas } from "../api/client";
 import { headQuery, lastMissionQuery } from "../api/queries";
@@ -8,6 +8,7 @@ import { Moment } from "../Moment";
 import { viewMap } from "../map/view";
 import { mapPath } from "../paths";
 import { area, texts } from "../texts";
+import { useSeen } from "../useSeen";
 import { describeMission } from "../words";
 import classes from "./MapCard.module.css";
 import { Thumbnail } from "./Thumbnail";
@@ -58,21 +59,4 @@ export function MapCard({ robot, map }: MapCardProps) {
       </div>
     </li>
   );
-}
-
-/** Whether an element has been on the screen: of a long list, only what is looked at is loaded. */
-function useSeen(element: RefObject<Element | null>): boolean {
-  const [seen, setSeen] = useState(false);
-  useEffect(() => {
-    if (!element.current) return;
-    const observer = new IntersectionObserver(
-      (entries) => {
-        if (entries.some((entry) => entry.isIntersecting)) setSeen(true);
-      },
-      { rootMargin: "300px" },
-    );
-    observer.observe(element.current);
-    return () => observer.disconnect();
-  }, [element]);
-  return seen;
 }

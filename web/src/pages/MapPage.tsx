@@ -24,11 +24,12 @@ interface MapPageProps {
 
 // Drawing is for those who change things: the others need not wait for it.
 const Editor = lazy(() => import("../editor/Editor"));
+const Compare = lazy(() => import("../compare/Compare"));
 
 const NOTHING: Selection = { room: null, centre: false };
 
 export default function MapPage({ robot, map, robots }: MapPageProps) {
-  const { chosen, choose, editing, edit } = usePlace();
+  const { chosen, choose, editing, edit, compared, compare } = usePlace();
   const head = useQuery(headQuery(robot, map));
   const newest = head.data?.version;
   const isOld = chosen !== null && chosen !== newest;
@@ -50,7 +51,7 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
         <p>{texts.map.noVersion}</p>
         <Link href="/">{texts.home}</Link>
         <ParkedPanel robot={robot} map={map} floors={owner?.maps ?? []} />
-        <HistoryPanel history={history} shown={0} newest={0} onChoose={choose} />
+        <HistoryPanel history={history} shown={0} newest={0} pinned={null} onChoose={choose} onCompare={compare} />
       </Notice>
     );
   }
@@ -67,6 +68,15 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
     return (
       <Suspense fallback={<Loading />}>
         <Editor robot={robot} map={map} title={title} head={head.data} onDone={() => edit(false)} />
+      </Suspense>
+    );
+  }
+
+  if (compared) {
+    const [before, after] = compared;
+    return (
+      <Suspense fallback={<Loading />}>
+        <Compare robot={robot} map={map} title={title} before={before} after={after} onDone={() => choose(null)} />
       </Suspense>
     );
   }
@@ -124,7 +134,14 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
             />
           </Tabs.Panel>
           <Tabs.Panel value="history">
-            <HistoryPanel history={history} shown={document.version} newest={newest} onChoose={choose} />
+            <HistoryPanel
+              history={history}
+              shown={document.version}
+              newest={newest}
+              pinned={summary?.pinned ?? null}
+              onChoose={choose}
+              onCompare={compare}
+            />
           </Tabs.Panel>
         </Tabs>
       </aside>
@@ -141,6 +158,9 @@ interface Place {
   readonly choose: (version: number | null) => void;
   readonly editing: boolean;
   readonly edit: (editing: boolean) => void;
+  /** Two versions to be laid over each other. */
+  readonly compared: readonly [number, number] | null;
+  readonly compare: (before: number, after: number) => void;
 }
 
 function usePlace(): Place {
@@ -150,8 +170,15 @@ function usePlace(): Place {
     chosen: Number.isInteger(given) && given > 0 ? given : null,
     choose: (version) => setSearch(version === null ? {} : { version: String(version) }, { replace: true }),
     editing: search.has("edit"),
+    compared: twoOf(search.get("compare")),
+    compare: (before, after) => setSearch({ compare: `${before}-${after}` }),
     edit: (editing) => setSearch(editing ? { edit: "" } : {}),
   };
+}
+
+function twoOf(text: string | null): readonly [number, number] | null {
+  const found = /^(\d{1,9})-(\d{1,9})$/.exec(text ?? "");
+  return found ? [Number(found[1]), Number(found[2])] : null;
 }
 
 const ARRIVAL_SHOWN_MS = 8_000;
