@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
@@ -17,8 +18,10 @@ from stillroom.pipeline.params import Params
 
 STEP_M = 0.20
 ROUNDS = 8
-SCALE_M = 0.10
-"""Places that are farther off than this count less and less, so that rooms that stayed hold the frame."""
+BETTER = 0.03
+SCALE_M = 0.20
+TIGHT_M = 0.02
+"""Places that are farther off count less and less, so that rooms that stayed hold the frame: from the first scale to the second."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +35,14 @@ class Drift:
 
 
 def carry_anchors(rooms: Sequence[Room], motion: Motion) -> list[Polygon | None]:
-    """Each room's anchor moved by the one rigid motion that is nearest to `motion` over all rooms."""
-    corners = as_points(shapely.get_coordinates([room.polygon for room in rooms]))
-    pose = fit_pose(corners, motion.apply(corners)) if len(corners) else Pose()
+    """Each room's anchor moved by the one rigid motion that most of the rooms make."""
+    if not rooms:
+        return []
+    here = np.concatenate([_boundary(room.polygon) for room in rooms])
+    there = motion.apply(here)
+    pose = fit_pose(here, there)
+    for scale_m in np.geomspace(SCALE_M, TIGHT_M, ROUNDS).tolist():
+        pose = fit_pose(here, there, _weights(there - pose.apply(here), scale_m))
     return [None if room.anchor is None else moved(room.anchor, pose) for room in rooms]
 
 
@@ -43,10 +51,10 @@ def find_drift(rooms: Sequence[Room], params: Params) -> tuple[Drift, ...]:
     anchored = [(room, room.anchor) for room in rooms if room.anchor is not None]
     if all(_recall(anchor, room) >= params.drift_recall for room, anchor in anchored):
         return ()  # as they were carried: nothing to align
-    samples = [shapely.get_coordinates(shapely.segmentize(anchor.exterior, STEP_M)) for _, anchor in anchored]
+    samples = [_boundary(anchor) for _, anchor in anchored]
     pose = _together(samples, [room.polygon for room, _ in anchored])
-    aligned = [(room, moved(anchor, pose), pose.apply(p)) for (room, anchor), p in zip(anchored, samples, strict=True)]
-    found = [_drift(*one) for one in aligned if _recall(one[1], one[0]) < params.drift_recall]
+    aligned = [(room, moved(anchor, pose)) for room, anchor in anchored]
+    found = [_drift(room, anchor) for room, anchor in aligned if _recall(anchor, room) < params.drift_recall]
     return tuple(drift for drift in found if drift.slid_m > params.drift_m)
 
 
@@ -58,26 +66,33 @@ def moved(polygon: Polygon, pose: Pose) -> Polygon:
     return shapely.transform(polygon, lambda points: pose.apply(as_points(points)))
 
 
+def _boundary(polygon: Polygon) -> Points:
+    """Places along a polygon's exterior, (n, 2)."""
+    return as_points(shapely.get_coordinates(shapely.segmentize(polygon.exterior, STEP_M)))
+
+
+def _weights(offsets: Points, scale_m: float) -> npt.NDArray[np.float64]:
+    """What is farther off than the scale hardly counts (Geman and McClure)."""
+    return np.asarray(1.0 / (1.0 + (offsets**2).sum(1) / scale_m**2) ** 2)
+
+
 def _together(samples: Sequence[Points], polygons: Sequence[Polygon]) -> Pose:
-    """The rigid motion that brings all anchors' boundaries onto the rooms' (iteratively reweighted least squares, Cauchy)."""
+    """The rigid motion that brings all anchors' boundaries onto the rooms' (iteratively reweighted least squares)."""
     pose = Pose()
     points = np.concatenate(samples)
-    for _ in range(ROUNDS):
+    for scale_m in np.geomspace(SCALE_M, TIGHT_M, ROUNDS).tolist():
         here = pose.apply(points)
         there = np.concatenate([_nearest(pose.apply(p), room) for p, room in zip(samples, polygons, strict=True)])
-        weights = 1.0 / (1.0 + ((there - here) ** 2).sum(1) / SCALE_M**2)
-        pose = fit_pose(here, there, weights).after(pose)
+        pose = fit_pose(here, there, _weights(there - here, scale_m)).after(pose)
     return pose
 
 
-def _drift(room: Room, anchor: Polygon, points: Points) -> Drift:
-    common = shapely.intersection(anchor, room.polygon).area
-    shift = np.zeros(2)
-    for _ in range(ROUNDS):
-        offset = _nearest(points + shift, room.polygon) - points - shift
-        weights = 1.0 / (1.0 + (offset**2).sum(1) / SCALE_M**2)
-        shift = shift + (weights[:, None] * offset).sum(0) / weights.sum()
-    return Drift(room.id, common / room.polygon.area, common / anchor.area, float(np.hypot(*shift)))
+def _drift(room: Room, anchor: Polygon) -> Drift:
+    """A room slid where it covers its anchor better once that is moved onto its middle; where a part is gone it does not."""
+    x, y = (as_points(room.polygon.centroid.coords) - as_points(anchor.centroid.coords))[0].tolist()
+    recall = _recall(anchor, room)
+    slid = float(np.hypot(x, y)) if _recall(moved(anchor, Pose(x, y)), room) > recall + BETTER else 0.0
+    return Drift(room.id, recall * anchor.area / room.polygon.area, recall, slid)
 
 
 def _nearest(points: Points, polygon: Polygon) -> Points:
