@@ -197,16 +197,7 @@ def half_seen() -> SemanticMap:
     return first_map(HALF_SEEN)
 
 
-WIDTHS = (
-    pytest.param(
-        26, marks=pytest.mark.xfail(strict=True, reason="a wall that goes on straight is taken for its own copy")
-    ),
-    30,
-    36,
-)
-
-
-@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("width", [26, 30, 36])
 def test_a_room_that_was_half_seen_grows_beyond_its_frontier_and_that_is_no_error(width: int) -> None:
     base, grid = half_seen(), whole_room(width)
     update = upload(base, grid)
@@ -221,7 +212,6 @@ def test_a_room_that_was_half_seen_grows_beyond_its_frontier_and_that_is_no_erro
     assert_valid(update.map, grid)
 
 
-@pytest.mark.xfail(strict=True, reason="little known wall, though found again, is taken for another floor")
 def test_a_room_that_was_seen_for_a_fifth_only_grows_to_several_times_its_size() -> None:
     """Its precision would be far below a half, if the floor beyond the frontier counted."""
     narrow = paint(HALF_SEEN.grid, Cell.UNEXPLORED, rectangle(1.6, -1, 9, 3))

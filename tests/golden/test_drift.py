@@ -73,10 +73,6 @@ def drifted(update: MapUpdate) -> set[str]:
     return {score.id for conflict in conflicts_of(update, "drift") for score in conflict.rooms}
 
 
-CREEPS = pytest.mark.xfail(strict=True, reason="the anchors follow the room that creeps")
-
-
-@CREEPS
 def test_a_room_that_creeps_twenty_centimetres_a_mission_opens_a_conflict_before_a_fifth_of_it_is_gone() -> None:
     """Anchor recall of a room of 4 m is 1 - 0.05 n after n missions: 0.8 after the fourth."""
     updates = list(creep(12, (STEP_M, 0.0)))
@@ -105,7 +101,6 @@ def test_a_room_that_creeps_slantwise_is_noticed_too() -> None:
     assert drifted(updates[-1]) == {began().slides}
 
 
-@CREEPS
 def test_how_far_it_slid_is_told_and_grows() -> None:
     said = [conflicts_of(update, "drift") for update in creep(8, (STEP_M, 0.0))]
     slid = [int(found[0].summary.split(" cm")[0].split()[-1]) for found in said if found]

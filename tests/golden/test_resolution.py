@@ -107,43 +107,84 @@ def test_a_gap_beside_rooms_that_came_through_is_left_as_it_was_sensed() -> None
 
 # -- newly connected walls -------------------------------------------------------------------------------------------
 
-NARROW = draw(
+LOBES = draw(
     """
     ##############################
-    #..............#.............#
-    #..............#.............#
-    #..............#.............#
+    #.........#........#.........#
+    #.........#........#.........#
+    #.........#........#.........#
+    #.........#........#.........#
+    #....A.......................#
     #............................#
-    #.......A....................#
-    #............................#
-    #............................#
-    #..............#.............#
-    #..............#.............#
-    #..............#.............#
+    #.........#........#.........#
+    #.........#........#.........#
+    #.........#........#.........#
+    #.........#........#.........#
     ##############################
     """,
     margin=4,
 )
-"""One room of 5.6 x 2 m that a person left whole, with a narrowing of 0.8 m in its middle."""
+"""One room of 5.6 x 2 m that a person left whole, with two narrowings of 0.4 m."""
+SOCKETS = [rectangle(1.9, 1.0, 2.3, 1.4), rectangle(3.7, 1.0, 4.1, 1.4)]
+"""What fills the narrowings from jamb to jamb."""
 
 
-def whole_room() -> SemanticMap:
-    """The room of `NARROW`: if an algorithm divided it, a person removed the divider."""
-    created = create_map(NARROW.grid, "0", Ids())
+def one_room() -> SemanticMap:
+    """The room of `LOBES`: if an algorithm divided it, a person removed the dividers."""
+    created = create_map(LOBES.grid, "0", Ids())
     if created.dividers:
         created = apply_edits(created, [RemoveDivider(d.id) for d in created.dividers]).map
     assert len(created.rooms) == 1
     return replace(created, rooms=(replace(created.rooms[0], name="A", named_by="user"),))
 
 
-@pytest.mark.parametrize("thing", [rectangle(3.0, 0.8, 3.2, 1.6), rectangle(2.95, 0.75, 3.25, 1.65)])
-def test_an_obstacle_that_closes_a_narrowing_is_taken_out_of_the_walls(thing: Polygon) -> None:
-    base = whole_room()
-    grid = paint(NARROW.grid, Cell.OCCUPIED, thing)
+def test_walls_that_look_connected_where_they_were_not_are_opened_by_free_corrections() -> None:
+    base, grid = one_room(), paint(LOBES.grid, Cell.OCCUPIED, *SOCKETS)
+    alone = upload(base, grid, resolvers=())
+    assert rows(alone) == (False, False, False)
+    update = upload(base, grid)
+    assert (update.outcome, update.succeeded_at, rows(update)) == ("resolved", "meta_occupancy", (False, True, True))
+    assert_all_kept(base, update, grid, 0.9)
+    assert len(update.map.rooms) == 1
+    assert {o.cell for o in update.map.meta.occupancy} == {"free"}
+    shapes = shapely.union_all([o.polygon for o in update.map.meta.occupancy])
+    assert all(shapes.intersects(thing) for thing in SOCKETS)
+    assert shapely.difference(shapes, shapely.union_all(SOCKETS).buffer(0.05)).area < 0.01
+    assert {conflict.cause for conflict in update.conflicts} == {"opening_closed"}
+
+
+def test_openings_that_are_open_again_need_no_correction() -> None:
+    base = one_room()
+    closed, opened = uploads(base, [paint(LOBES.grid, Cell.OCCUPIED, *SOCKETS), LOBES.grid])
+    assert closed.outcome == "resolved"
+    assert (opened.outcome, opened.map.meta) == ("updated", MapMeta.EMPTY)
+    assert_all_kept(base, opened, LOBES.grid)
+
+
+def test_one_narrowing_that_is_closed_cuts_nothing_off() -> None:
+    """More than half of the room would be left by itself; all of it is."""
+    base, grid = one_room(), paint(LOBES.grid, Cell.OCCUPIED, SOCKETS[0])
     update = upload(base, grid)
     assert_all_kept(base, update, grid, 0.9)
     assert len(update.map.rooms) == 1
-    assert [o.cell for o in update.map.meta.occupancy] in ([], ["free"])
+
+
+@pytest.mark.xfail(strict=True, reason="what is cut off is joined again by meta-occupancy, asked for or not")
+def test_the_transfer_alone_has_no_meta_layer() -> None:
+    base, grid = one_room(), paint(LOBES.grid, Cell.OCCUPIED, SOCKETS[0])
+    alone = upload(base, grid, resolvers=())
+    assert (alone.outcome, alone.succeeded_at, alone.map.meta) == ("updated", "transfer", MapMeta.EMPTY)
+
+
+@pytest.mark.xfail(
+    strict=True, reason="what is cut off is joined again by meta-occupancy, although the transfer passed"
+)
+def test_an_update_says_resolved_where_it_needed_more_than_the_transfer_and_only_there() -> None:
+    base = one_room()
+    for grid in (LOBES.grid, paint(LOBES.grid, Cell.OCCUPIED, SOCKETS[0]), paint(LOBES.grid, Cell.OCCUPIED, *SOCKETS)):
+        update = upload(base, grid)
+        assert update.taken
+        assert (update.outcome == "updated") == (update.succeeded_at == "transfer") == rows(update)[0]
 
 
 # -- additional dividers (Figure map_grow_conflict) ------------------------------------------------------------------
@@ -211,12 +252,7 @@ ONE_SPACE = three_rooms(["###.......####..........####..........##", *HALL])
 TO_THE_CORNER = three_rooms(["#.........####..........####..........##", *HALL])
 """The same, but A's lower wall is gone as far as the corner."""
 PASSAGES = (
-    pytest.param(
-        THREE_DOORS,
-        0.2,
-        id="doorways",
-        marks=pytest.mark.xfail(strict=True, reason="the far wall of a passage is taken for the near one, twice"),
-    ),
+    pytest.param(THREE_DOORS, 0.2, id="doorways"),
     pytest.param(ONE_SPACE, 0.8, id="no walls"),
     pytest.param(
         TO_THE_CORNER,

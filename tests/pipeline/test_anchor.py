@@ -127,7 +127,6 @@ def test_an_anchor_keeps_its_shape_whatever_was_tracked(seed: int) -> None:
         assert carried.length == pytest.approx(room.anchor.length)
 
 
-@pytest.mark.xfail(strict=True, reason="one room that slides pulls the anchors of all along")
 def test_a_room_that_slides_does_not_take_the_anchors_of_the_others_along() -> None:
     base = create_map(FOUR_ROOMS.grid, "0", Ids())
     slides = base.rooms[0].id
