@@ -31,6 +31,9 @@ ROOM_SIDE_M = 0.20
 """A wall's own side is free so far away from it."""
 COPY_M = 0.10
 """A wall is there a second time where new obstacles lie within this distance of its copy."""
+FEWEST_WALLS = 3
+WALL_TURN_DEG, WALL_APART_M, WALL_M = 30.0, 0.5, 0.8
+"""What counts as one wall: nearly the same direction and place, and so long."""
 COPY_TURNS_DEG = np.arange(-15.0, 15.1, 2.5)
 COPY_SHIFT_M = 3.0
 """The copy's shift at the home's middle, at the most: it turns about a place in the home,"""
@@ -45,7 +48,8 @@ class Plausibility:
     """What the walls say. Shares are of `in_sight_m`, the length of the previous walls whose places were explored.
 
     `walls_found`: obstacles lie where they were; `walls_new`: obstacles where floor was, as a length; `walls_twice`: the walls that
-    are there a second time, all moved alike. `floor_known`: the share of the grid's free cells that lies in previous rooms.
+    are there a second time, all moved alike. `floor_known`: the common floor, as a share of the smaller of the grid's free cells and the previous
+    rooms.
     """
 
     floor_known: float
@@ -76,7 +80,7 @@ def plausibility(tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> P
     samples = sample_walls([as_points(wall.line) for wall in tracked.walls if wall.kind != "open"])
     found, seen = look_for_walls(samples, grown(grid.occupied, FOUND_M, grid.frame), grid)
     floor = floor_cells(tracked, grid.frame)
-    floor_known = float((grid.free & floor).sum() / max(int(grid.free.sum()), 1))
+    floor_known = float((grid.free & floor).sum() / max(min(int(grid.free.sum()), int(floor.sum())), 1))
     in_sight_m = float(seen.sum()) * SAMPLE_M
     if in_sight_m == 0:
         return Plausibility(floor_known, 0.0, 0.0, 0.0, 0.0)
@@ -101,12 +105,26 @@ def _copied(samples: WallSamples, grid: OccupancyGrid, new: Mask) -> float:
 
 
 def _repeated(samples: WallSamples, pose: Pose, grid: OccupancyGrid, near: Mask) -> float:
-    """The share of wall samples that a motion brings onto `near`, with the floor on their own side."""
+    """The share of wall samples that a motion brings onto `near`, with the floor on their own side.
+
+    A wall that goes on straight is no copy of itself, and one wall that has a parallel now is a new corridor: several walls make a copy.
+    """
     moved = samples.moved(pose)
-    hit = np.linalg.norm(moved.points - samples.points, axis=1) <= COPY_FAR_M
+    shift = moved.points - samples.points
+    hit = np.linalg.norm(shift, axis=1) <= COPY_FAR_M
+    hit &= np.abs((shift * samples.normals).sum(1)) > FOUND_M
     hit &= look_up(near, grid.frame.to_cells(moved.points), False)
     beside = grid.frame.to_cells(moved.points - ROOM_SIDE_M * moved.normals)
-    return float((hit & look_up(grid.free, beside, False)).mean())
+    hit &= look_up(grid.free, beside, False)
+    return float(hit.mean()) if _walls_in(samples.where(hit)) >= FEWEST_WALLS else 0.0
+
+
+def _walls_in(samples: WallSamples) -> int:
+    """On how many walls samples lie: lines of one side and place, with a metre of samples on them or about that."""
+    sides = np.round(np.degrees(np.arctan2(samples.normals[:, 1], samples.normals[:, 0])) / WALL_TURN_DEG)
+    places = np.round((samples.points * samples.normals).sum(1) / WALL_APART_M)
+    _, counts = np.unique(np.stack([sides, places], 1), axis=0, return_counts=True)
+    return int((counts * SAMPLE_M >= WALL_M).sum())
 
 
 def _motions(points: Points, frame: GridFrame, new: Mask) -> Iterator[tuple[float, Pose]]:
