@@ -43,7 +43,7 @@ from tests.homes import FREE, OCCUPIED, ORIGIN, RESOLUTION, UNEXPLORED, Image, h
 
 Json = dict[str, Any]
 Open = Callable[[], tuple[Database, GridStore]]
-WALKS, STEPS = 10, 14
+WALKS, STEPS = 12, 20
 ROBOT, MAP = "RB-1", "ground"
 
 
@@ -76,7 +76,10 @@ def changed(change: str) -> Image:
     return image
 
 
-CHANGES = ("none", "gap", "small gap", "open plan", "shut", "annex", "part", "sofa", "leak", "other floor")
+CHANGES = (
+    "none", "gap", "small gap", "open plan", "shut", "annex", "part", "sofa", "leak", "other floor",
+    "gap", "small gap", "open plan", "annex",
+)  # fmt: skip
 
 
 class Walk(RuleBasedStateMachine):
@@ -96,18 +99,34 @@ class Walk(RuleBasedStateMachine):
         self._upload("none", tracked=False)
         self._look()
 
-    @rule(change=st.sampled_from(CHANGES), tracked=st.sampled_from([True, True, True, False]))
-    def mission(self, change: str, tracked: bool) -> None:
-        self._upload(change, tracked)
-        self._look()
-
     @rule(
+        what=st.sampled_from(["mission", "decision", "mission", "decision", "edit", "deadline", "setting"]),
+        change=st.sampled_from(CHANGES),
+        tracked=st.sampled_from([True, True, True, False]),
+        response=st.sampled_from(["accept", "accept", "reject", "annotate", "temporary"]),
+        order=st.sampled_from(["split", "rename", "merge"]),
+        setting=st.sampled_from(["automatic", "ask_first", "pin", "unpin"]),
         i=st.integers(0, 9),
         j=st.integers(0, 2),
-        response=st.sampled_from(["accept", "accept", "reject", "annotate", "temporary"]),
-        x=st.floats(0.5, 7.5),
-    )
-    def decide(self, i: int, j: int, response: str, x: float) -> None:
+        x=st.sampled_from([0.9, 2.1, 4.0, 5.6, 7.3]),
+    )  # one rule: of several, a walk takes only some
+    def step(
+        self, what: str, change: str, tracked: bool, response: str, order: str, setting: str, i: int, j: int, x: float
+    ) -> None:
+        match what:
+            case "mission":
+                self._upload(change, tracked)
+                self._look()
+            case "decision":
+                self._answer(i, j, response, x)
+            case "edit":
+                self._edit(i, x, order)
+            case "deadline":
+                self._let_time_pass(i)
+            case "setting":
+                self._set(setting)
+
+    def _answer(self, i: int, j: int, response: str, x: float) -> None:
         standing = [c for c in self._conflicts() if c.decided_by is None]
         if not standing:
             return
@@ -136,8 +155,7 @@ class Walk(RuleBasedStateMachine):
         assert in_force.version == ended.version == would_be.version
         assert in_force.features == would_be.features
 
-    @rule(of=st.integers(0, 3))
-    def deadline(self, of: int) -> None:
+    def _let_time_pass(self, of: int) -> None:
         waiting = [c for c in self._conflicts() if c.state == "open"]
         if waiting:
             overdue = waiting[of % len(waiting)].id
@@ -147,8 +165,7 @@ class Walk(RuleBasedStateMachine):
             assert decisions.expire(self.database) == 1
             self._look(same=True)
 
-    @rule(setting=st.sampled_from(["automatic", "ask_first", "pin", "unpin"]))
-    def set_up(self, setting: str) -> None:
+    def _set(self, setting: str) -> None:
         if setting == "pin":
             pin_map(self.database, Operator(), ROBOT, MAP, None)
         elif setting == "unpin":
@@ -157,8 +174,7 @@ class Walk(RuleBasedStateMachine):
             change_settings(self.database, ROBOT, MAP, MapSettings.model_validate({"review": setting}))
         self._look(same=True)
 
-    @rule(i=st.integers(0, 9), x=st.floats(0.5, 7.5), order=st.sampled_from(["split", "rename", "rename", "merge"]))
-    def edit(self, i: int, x: float, order: str) -> None:
+    def _edit(self, i: int, x: float, order: str) -> None:
         rooms = [f.id for f in map_service.map_document(self.database, ROBOT, MAP).features if f.id.startswith("r")]
         first, second = rooms[i % len(rooms)], rooms[(i + 1) % len(rooms)]
         orders: dict[str, Json] = {

@@ -12,18 +12,22 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import httpx2
 import pytest
+import sqlalchemy as sa
 
 from stillroom.documents.api import NewRobot
 from stillroom.service.accounts import add_robot
 from stillroom.settings import Settings
 from stillroom.store import lanes
 from stillroom.store.database import Database
+from stillroom.store.tables import conflict
 from tests.conftest import ADMIN_TOKEN
-from tests.homes import ORIGIN, RESOLUTION, home, png
+from tests.homes import ORIGIN, RESOLUTION, Image, home, png
 
 PATIENCE_S = 60.0
 PATH = "/api/v1/robots/RB-1/maps/ground"
@@ -35,12 +39,13 @@ class Running:
     process: subprocess.Popen[str]
     http: httpx2.Client
 
-    def upload(self, mission: int, prefer: str = "") -> httpx2.Response:
-        meta = json.dumps({"sequence": mission} | META)
+    def upload(self, mission: int, prefer: str = "", image: Image | None = None, **said: Any) -> httpx2.Response:
+        meta = json.dumps({"sequence": mission} | META | said)
+        content = png(home() if image is None else image)
         return self.http.put(
             f"{PATH}/missions/{mission}",
             headers={"Prefer": prefer} if prefer else {},
-            files={"meta": ("m", meta, "application/json"), "grid": ("g", png(home()), "image/png")},
+            files={"meta": ("m", meta, "application/json"), "grid": ("g", content, "image/png")},
         )
 
     def workers(self) -> list[int]:
@@ -67,13 +72,14 @@ def eventually(holds: Callable[[], bool], what: str) -> None:
 
 
 @contextmanager
-def serving(settings: Settings, workers: int, token: str) -> Iterator[Running]:
+def serving(settings: Settings, workers: int, token: str, **more: str) -> Iterator[Running]:
     port = free_port()
     environment = os.environ | {
         "STILLROOM_DATA_DIR": str(settings.data_dir),
         "STILLROOM_DATABASE_URL": settings.database_url,
         "STILLROOM_GRID_STORE_URL": settings.grid_store_url,
         "STILLROOM_ADMIN_TOKEN": ADMIN_TOKEN,
+        **more,
     }
     command = [sys.executable, "-m", "stillroom", "serve", "--port", str(port), "--workers", str(workers)]
     with (
@@ -206,6 +212,37 @@ def test_processes_that_share_a_postgresql_hear_of_each_other(settings: Settings
         assert first.upload(1).status_code == 202
         assert second.upload(1, "wait=60").json()["outcome"] == "updated"
         assert versions(first) == versions(second) == [2, 1]
+
+
+def test_the_rows_of_the_ablation_can_be_run(settings: Settings, token: str) -> None:
+    left = {"base_version": 1, "tracking": {"transform": [0.0, 0.0, 0.0]}}
+    outcomes = []
+    for number, resolvers in enumerate(("none", "meta_occupancy", "meta_occupancy,meta_dividers"), 1):
+        with serving(settings, workers=1, token=token, STILLROOM_RESOLVERS=resolvers) as running:
+            running.upload(0, "wait=60")
+            mission = running.upload(number, "wait=60", home(wall_between=False), **left).json()
+            assert set(mission["ablation"]) == {"transfer", "meta_occupancy", "meta_dividers"}
+            outcomes.append((mission["outcome"], mission["version"], mission["ablation"]["meta_dividers"]))
+    assert outcomes == [("needs_review", 1, False), ("needs_review", 1, False), ("resolved", 2, True)]
+
+
+def test_a_deadline_takes_effect_while_nobody_looks(settings: Settings, token: str) -> None:
+    with serving(settings, workers=1, token=token, STILLROOM_RESOLVERS="none") as running:
+        running.upload(0, "wait=60")
+        left = {"base_version": 1, "tracking": {"transform": [0.0, 0.0, 0.0]}}
+        (asked,) = running.upload(1, "wait=60", home(wall_between=False), **left).json()["conflicts"]
+    database = Database(settings.database_url)
+    with database.write() as tx:
+        tx.execute(sa.update(conflict).values(due_at=datetime.now(UTC) - timedelta(seconds=1)))
+    database.dispose()
+    with serving(settings, workers=2, token=token) as running:
+
+        def state() -> str:
+            found: str = running.http.get(f"{PATH}/conflicts/{asked}").json()["state"]
+            return found
+
+        eventually(lambda: state() == "expired", "the default takes effect")
+        assert versions(running) == [1]
 
 
 def test_serve_prints_a_link_that_signs_in(settings: Settings, token: str) -> None:

@@ -138,11 +138,12 @@ def wall_differences(attempt: Attempt, params: Params) -> tuple[MetaOccupancy, .
 def meta_walls(gaps: Sequence[Gap], frame: GridFrame, params: Params) -> tuple[MetaOccupancy, ...]:
     """Gaps as occupied polygons, connected components of all of them, those that are small."""
     half = max(0.75 * frame.resolution, params.meta_thickness_m / 2)
-    drawn = [shapely.buffer(LineString(gap.path), half, cap_style="square", join_style="mitre") for gap in gaps]
     # the two faces of one wall are one section
     between = params.meta_thickness_m + frame.resolution
-    closed = shapely.buffer(shapely.union_all(drawn), between, join_style="mitre")
-    sections = polygons_in(shapely.buffer(closed, -between, join_style="mitre"))
+    with np.errstate(divide="ignore", invalid="ignore"):  # GEOS tries mitres of edges that go on almost straight
+        drawn = [shapely.buffer(LineString(gap.path), half, cap_style="square", join_style="mitre") for gap in gaps]
+        closed = shapely.buffer(shapely.union_all(drawn), between, join_style="mitre")
+        sections = polygons_in(shapely.buffer(closed, -between, join_style="mitre"))
     return tuple(
         MetaOccupancy("", section, "occupied", "") for section in sections if _extent(section) <= params.meta_length_m
     )
