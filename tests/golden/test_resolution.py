@@ -169,16 +169,12 @@ def test_one_narrowing_that_is_closed_cuts_nothing_off() -> None:
     assert len(update.map.rooms) == 1
 
 
-@pytest.mark.xfail(strict=True, reason="what is cut off is joined again by meta-occupancy, asked for or not")
 def test_the_transfer_alone_has_no_meta_layer() -> None:
     base, grid = one_room(), paint(LOBES.grid, Cell.OCCUPIED, SOCKETS[0])
     alone = upload(base, grid, resolvers=())
     assert (alone.outcome, alone.succeeded_at, alone.map.meta) == ("updated", "transfer", MapMeta.EMPTY)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="what is cut off is joined again by meta-occupancy, although the transfer passed"
-)
 def test_an_update_says_resolved_where_it_needed_more_than_the_transfer_and_only_there() -> None:
     base = one_room()
     for grid in (LOBES.grid, paint(LOBES.grid, Cell.OCCUPIED, SOCKETS[0]), paint(LOBES.grid, Cell.OCCUPIED, *SOCKETS)):
@@ -254,12 +250,7 @@ TO_THE_CORNER = three_rooms(["#.........####..........####..........##", *HALL])
 PASSAGES = (
     pytest.param(THREE_DOORS, 0.2, id="doorways"),
     pytest.param(ONE_SPACE, 0.8, id="no walls"),
-    pytest.param(
-        TO_THE_CORNER,
-        0.8,
-        id="to the corner",
-        marks=pytest.mark.xfail(strict=True, reason="a gap that reaches a corner gets no divider where the wall was"),
-    ),
+    pytest.param(TO_THE_CORNER, 0.8, id="to the corner"),
 )
 
 
@@ -530,6 +521,21 @@ def test_a_mission_that_is_not_taken_asks_where_there_is_a_choice_and_says_what_
     lost = [score.name for score in update.rooms if not score.passed]
     assert lost
     assert all(name in update.reason for name in lost)
+
+
+def test_an_owners_line_parts_what_the_robot_finds_in_one() -> None:
+    """Without any resolver the mission would not be taken; with a divider where the wall was it is, and the divider is the owner's."""
+    tracking = track_all(BASE, Pose(), np.random.default_rng(0), 0.0)
+    line = ((4.2, 2.1), (6.6, 2.1))
+    sent = mission("1", BASE, tracking, BREACH)
+    update = update_map(BASE, sent, resolvers=(), annotations=[line])
+    assert update.taken, update.reason
+    assert min(kept(BASE, update.map).values()) > 0.93
+    drawn = [d for d in update.map.dividers if BASE.divider(d.id) is None]
+    assert any(
+        d.made_by == "user" and shapely.LineString(d.line).distance(shapely.LineString(line)) < 0.1 for d in drawn
+    )
+    assert not update_map(BASE, sent, resolvers=()).taken
 
 
 # -- the meta layer lives --------------------------------------------------------------------------------------------
