@@ -30,6 +30,9 @@ LIVELY = replace(
     slam_failures=0.0,
     tracking_missing=0.0,
     other_floors=0.0,
+    bumpers=0.0,
+    turned_grids=0.0,
+    resets=0.0,
     spread=1.0,
     resolutions=(0.05,),
 )
@@ -151,6 +154,25 @@ def test_an_effect_that_is_switched_off_leaves_the_draws_of_all_others_as_they_w
     assert changed <= CHANGES[effect]
     if effect not in ("late_rooms", "tracking_forms", "late_uploads", "stale_bases", "windows"):
         assert changed, "it does something"
+
+
+@pytest.mark.parametrize(
+    ("effect", "changes"),
+    [
+        ({"bumpers": 1.0}, {"grid"}),
+        ({"turned_grids": 1.0}, {"grid"}),
+        ({"slam_failures": 1.0}, {"grid"}),
+        ({"other_floors": 1.0}, {"grid", "tracking"}),
+        ({"tracking_missing": 1.0}, {"tracking"}),
+        ({"submap_tracking": 1.0}, {"tracking"}),
+        ({"resets": 1.0}, {"drift", "grid", "tracking"}),
+    ],
+)
+def test_an_effect_that_is_switched_on_leaves_the_draws_of_all_others_as_they_were(
+    effect: dict[str, float], changes: set[str]
+) -> None:
+    off, on = facets(LIVELY), facets(replace(LIVELY, **effect))  # type: ignore[arg-type]
+    assert {name for name in on if on[name] != off[name]} == changes
 
 
 def homes(**effects: float) -> tuple[Home, Home]:

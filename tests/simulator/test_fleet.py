@@ -154,3 +154,47 @@ def test_what_was_seen_in_a_sliver_alone_is_not_explored(home: Home) -> None:
     explored = SimulatedRobot(home, STREAMS, LIVELY).sortie(0).explored.astype(np.uint8)
     assert explored.any()
     assert np.array_equal(cv2.morphologyEx(explored, cv2.MORPH_OPEN, np.ones((5, 5), np.uint8)), explored)
+
+
+def test_a_robot_that_was_reset_tracks_nothing_across_that(home: Home) -> None:
+    effects = replace(BENT, resets=0.4, drift_m=0.0, drift_deg=0.0)
+    robot = SimulatedRobot(home, STREAMS, effects)
+    epochs = [robot.epoch(number) for number in range(12)]
+    assert epochs[0] == 0
+    assert 1 < epochs[-1] < 11
+    for number in range(1, 12):
+        base = document(home, robot.distortion(number - 1)) | {"mission": str(number - 1)}
+        same = epochs[number] == epochs[number - 1]
+        meta = robot.meta(robot.sortie(number), base)
+        assert meta["epoch"] == epochs[number]
+        assert ("tracking" in meta) == ("base_version" in meta) == same
+        frames = [robot.distortion(mission).frame for mission in (number - 1, number)]
+        assert (abs(frames[1].x - frames[0].x) < 1e-9) == same
+        assert ("resets" in robot.sortie(number).happened) == (not same)
+    last = epochs.index(epochs[-1])
+    assert robot.tracking(document(home, robot.distortion(0)), last - 1, 11) is None
+
+
+def test_on_another_floor_the_robot_maps_another_home_and_learns_nothing_of_its_own(home: Home) -> None:
+    lost, there = (SimulatedRobot(home, STREAMS, replace(LIVELY, other_floors=share)) for share in (1.0, 0.0))
+    first, elsewhere = lost.sortie(0), lost.sortie(1)
+    assert (first.refuse, elsewhere.refuse) == (None, "other_floors")
+    assert elsewhere.png() != there.sortie(1).png()
+    assert elsewhere.happened == {"other_floors"}
+    assert elsewhere.explored.sum() <= first.explored.sum()
+
+
+def test_on_another_floor_a_robot_tracks_nothing_or_believes_that_nothing_moved(home: Home) -> None:
+    effects = replace(BENT, other_floors=1.0)
+    tracked = set()
+    for seed in range(12):
+        robot = SimulatedRobot(home, Streams(seed), effects)
+        base = document(home, robot.distortion(2))
+        tracking = robot.tracking(base, 2, 5)
+        tracked.add(tracking is not None)
+        if tracking is not None:
+            was = [as_points(f["geometry"]["coordinates"][0])[:-1] for f in base["features"][:6]]
+            assert (
+                np.abs(np.concatenate([*map(as_points, tracking["rooms"].values())]) - np.concatenate(was)).max() < 1e-3
+            )
+    assert tracked == {True, False}

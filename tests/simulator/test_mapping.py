@@ -18,7 +18,7 @@ from stillroom.simulator.distortion import Distortion, distortion_at
 from stillroom.simulator.effects import Effects, Streams
 from stillroom.simulator.homes import Home
 from stillroom.simulator.mapping import Sensed, sense
-from stillroom.simulator.sensing import rasterise, route
+from stillroom.simulator.sensing import rasterise, reach, route
 
 RESOLUTION = 0.05
 NOISY = replace(Effects.NONE, range_noise_m=0.01, scan_noise_m=0.008, scan_noise_deg=0.15)
@@ -119,7 +119,7 @@ def test_the_robot_does_not_enter_a_room_that_it_leaves_out(home: Home) -> None:
     bedroom = home.room("Bedroom").polygon
     for skipped in (frozenset[str](), frozenset({"Bedroom"})):
         world = World(home, skipped=skipped)
-        places = route(world, rasterise(world), np.random.default_rng(1))
+        places = route(rasterise(world), reach(world, rasterise(world)), np.random.default_rng(1))
         assert bool(shapely.contains(bedroom, shapely.points(places)).any()) == (not skipped)
 
 

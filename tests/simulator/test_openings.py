@@ -14,7 +14,7 @@ from stillroom.simulator.effects import Effects, Streams
 from stillroom.simulator.homes import Home
 from stillroom.simulator.mapping import Sensed, sense
 from stillroom.simulator.openings import draw_windows, with_passage
-from stillroom.simulator.sensing import rasterise, route
+from stillroom.simulator.sensing import rasterise, reach, route
 
 SEEDS = st.integers(0, 2**32 - 1)
 some_homes = settings(max_examples=8)
@@ -52,7 +52,8 @@ def test_the_robot_sees_through_a_passage_and_goes_through_it(home: Home) -> Non
     passage = opened.doors[-1]
     others = frozenset(door.id for door in opened.doors if set(passage.rooms) & set(door.rooms)) - {passage.id}
     a, b = (opened.room(name).polygon for name in passage.rooms)
-    places = shapely.points(route(World(opened, others), rasterise(World(opened, others)), np.random.default_rng(1)))
+    world = World(opened, others)
+    places = shapely.points(route(rasterise(world), reach(world, rasterise(world)), np.random.default_rng(1)))
     inside = [bool(shapely.contains(room, places).any()) for room in (a, b)]
     assert inside[0] == inside[1], "with all other doors shut, both are reached or neither is"
 
@@ -84,7 +85,7 @@ def test_rays_pass_a_clear_window_and_the_robot_does_not() -> None:
     home = draw_windows(draw_home(np.random.default_rng(5), 8), 1.0, np.random.default_rng(1))
     clear = World(home, clear=frozenset(window.id for window in home.windows))
     floor = shapely.union_all([room.polygon for room in home.rooms] + [home.walls])
-    places = route(clear, rasterise(clear), np.random.default_rng(1))
+    places = route(rasterise(clear), reach(clear, rasterise(clear)), np.random.default_rng(1))
     assert shapely.contains(shapely.convex_hull(floor), shapely.points(places)).all()
 
     def free_outside(world: World) -> float:

@@ -1,7 +1,7 @@
 """How a robot's SLAM bends its map: sub-maps that wander about their true places, in a frame that may drift as a whole."""
 
 from dataclasses import dataclass
-from math import radians, sqrt
+from math import pi, radians, sqrt
 
 import cv2
 import numpy as np
@@ -18,6 +18,8 @@ BLEND_M = 1.5
 PERSISTENCE = 0.85
 """How much of a sub-map's offset is left after one mission."""
 
+NEW_FRAME_M = 5.0
+"""A frame after a reset lies up to this far from the home's, along x and y, at any angle."""
 _MANY = 20_000
 _LATTICE_M = 0.2
 _ROW = 1024
@@ -86,9 +88,17 @@ def distortion_at(home: Home, mission: int, effects: Effects, streams: Streams) 
         step = streams.of("jitter", past).normal(size=(len(centres), 3))
         offsets = step if past == 0 else PERSISTENCE * offsets + sqrt(1 - PERSISTENCE**2) * step
         x, y, turn = streams.of("drift", past).normal(size=3).tolist()
-        if past:
+        if is_reset(past, effects, streams):
+            x, y, turn = streams.of("resets", past).uniform(-1, 1, 4)[1:].tolist()
+            drift = Pose(x * NEW_FRAME_M, y * NEW_FRAME_M, turn * pi)
+        elif past:
             drift = Pose(x * effects.drift_m, y * effects.drift_m, turn * radians(effects.drift_deg)).after(drift)
     return Distortion(centres, offsets[:, :2] * effects.jitter_m, offsets[:, 2] * radians(effects.jitter_deg), drift)
+
+
+def is_reset(mission: int, effects: Effects, streams: Streams) -> bool:
+    """Whether the robot had lost its map before a mission."""
+    return mission > 0 and (1 + float(streams.of("resets", mission).uniform(-1, 1, 4)[0])) / 2 < effects.resets
 
 
 def submaps(home: Home) -> Points:

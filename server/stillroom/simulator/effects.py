@@ -35,6 +35,8 @@ Stream = Literal[
     "floors",
     "uploads",
     "model",
+    "resets",
+    "touch",
 ]
 _STREAMS: tuple[Stream, ...] = Stream.__args__  # type: ignore[attr-defined]
 
@@ -70,6 +72,10 @@ class Effects:
     passages: float = 0.0
     """Share of the homes in which a way through a wall is opened for good between two missions."""
 
+    bumpers: float = 0.0
+    """Share of the robots that sense nothing but what they touch."""
+    turned_grids: float = 0.0
+    """Share of the robots whose grids lie at an angle in their frame."""
     range_noise_m: float = 0.0
     """Standard deviation of each range."""
     scan_noise_m: float = 0.0
@@ -93,6 +99,8 @@ class Effects:
     """Standard deviation of a mission's step of the whole frame,"""
     drift_deg: float = 0.0
     """and of its turn."""
+    resets: float = 0.0
+    """Probability that the robot has lost its map before a mission: its frame is a new one, and nothing is tracked from before."""
 
     tracking_noise_m: float = 0.0
     """Standard deviation of each tracked vertex."""
@@ -151,6 +159,8 @@ EFFECTS: dict[str, tuple[str, ...]] = {
     "battery": ("battery_ends",),
     "late_rooms": ("rooms_late", "late_until"),
     "passages": ("passages",),
+    "bumpers": ("bumpers",),
+    "turned_grids": ("turned_grids",),
     "range_noise": ("range_noise_m",),
     "registration_noise": ("scan_noise_m", "scan_noise_deg"),
     "gaps": ("gaps_per_10m", "gap_m"),
@@ -158,6 +168,7 @@ EFFECTS: dict[str, tuple[str, ...]] = {
     "slam_failures": ("slam_failures",),
     "jitter": ("jitter_m", "jitter_deg"),
     "drift": ("drift_m", "drift_deg"),
+    "resets": ("resets",),
     "tracking_noise": ("tracking_noise_m",),
     "tracking_outliers": ("tracking_outliers",),
     "tracking_missing": ("tracking_missing",),

@@ -14,7 +14,7 @@ from stillroom.documents.images import UNKNOWN_GREY, encode_png
 from stillroom.maps.grid import Cell, Mask, OccupancyGrid
 from stillroom.simulator.building import home_of
 from stillroom.simulator.changes import World, home_during, world_during
-from stillroom.simulator.distortion import Distortion, distortion_at
+from stillroom.simulator.distortion import Distortion, distortion_at, is_reset
 from stillroom.simulator.effects import Effects, Streams
 from stillroom.simulator.homes import Home
 from stillroom.simulator.mapping import Sensed, sense
@@ -84,12 +84,13 @@ class SimulatedRobot:
         frame = sortie.sensed.grid.frame
         meta: dict[str, Any] = {
             "sequence": sortie.number,
+            "epoch": self.epoch(sortie.number),
             "firmware": "1.0.0",
             "model": "simulated",
             "resolution": frame.resolution,
             "origin": [frame.origin.x, frame.origin.y, frame.origin.yaw],
         }
-        if base is None:
+        if base is None or is_reset(sortie.number, self.effects, self.streams):
             return meta
         tracking = self.tracking(base, int(base["mission"]), sortie.number)
         return meta | {"base_version": base["version"]} | ({} if tracking is None else {"tracking": tracking})
@@ -99,16 +100,21 @@ class SimulatedRobot:
 
         None where the robot tracked nothing. On another floor it tracks them where they were.
         """
-        if not self._tracks(number):
+        if not self._tracks(number) or self.epoch(base_mission) != self.epoch(number):
             return None
         noise, outliers = self.streams.of("tracking", number), self.streams.of("outliers", number)
         before = self.distortion(base_mission)
         after = before if self._is_elsewhere(number) else self.distortion(number)
         return track_map(base, before, after, form_of(self.effects, self.streams), self.effects, noise, outliers)
 
+    def epoch(self, number: int) -> int:
+        """How often the robot had lost its map by then."""
+        return sum(is_reset(past, self.effects, self.streams) for past in range(number + 1))
+
     def _tracking_happened(self, number: int) -> frozenset[str]:
         happened = {
             "tracking_missing": number > 0 and not self._tracks(number),
+            "resets": is_reset(number, self.effects, self.streams),
             "tracking_forms": form_of(self.effects, self.streams) != "vertices",
         }
         return frozenset(name for name, has in happened.items() if has)

@@ -1,4 +1,4 @@
-"""The occupancy grid that a robot makes of its scans, as its SLAM puts them together, with what its sensors got wrong."""
+"""The occupancy grid that a robot makes of what it senses, as its SLAM puts it together, with what its sensors got wrong."""
 
 from dataclasses import dataclass
 from math import radians
@@ -13,7 +13,8 @@ from stillroom.simulator.changes import World
 from stillroom.simulator.distortion import Distortion
 from stillroom.simulator.effects import Effects, Streams
 from stillroom.simulator.faults import LONG_GAP_M, SlamFailure, draw_gaps, draw_slam_failure, with_gaps, with_specks
-from stillroom.simulator.sensing import TRUTH_RESOLUTION_M, Floor, Scans, fill_ring, rasterise, route, take_scans
+from stillroom.simulator.sensing import TRUTH_RESOLUTION_M, Floor, Scans, fill_ring, rasterise, reach, route, take_scans
+from stillroom.simulator.touching import bodies, go_over, noisy, on_map, touch_grid
 
 _OCCUPIED_SHARE = 0.25
 """A cell is occupied where at least this share of the scans that came to it ended in it."""
@@ -40,16 +41,30 @@ def sense(
 ) -> Sensed:
     """One mission's grid of a home. The distortion moves where things land on the map, never what is seen."""
     floor = rasterise(world)
-    scans = take_scans(floor, route(world, floor, streams.of("route", mission)))
+    reached = reach(world, floor)
+    places = route(floor, reached, streams.of("route", mission))
     slam = streams.of("slam", mission)
-    fails = mission > 0 and slam.random() < effects.slam_failures and len(scans.places) >= _FEWEST_SCANS
-    failure = draw_slam_failure(scans.places, slam) if fails else None
-    grid = grid_of(scans, distortion, resolution, effects, streams.of("scans", mission), failure)
+    fails = mission > 0 and slam.random() < effects.slam_failures and len(places) >= _FEWEST_SCANS
+    failure = draw_slam_failure(places, slam) if fails else None
+    bumps, turned, yaw = streams.of("model", 2).random(3).tolist()
+    drawn = Drawn(distortion, resolution, np.pi / 2 * yaw if turned < effects.turned_grids else 0.0, failure)
+    rng = streams.of("scans", mission)
+    if bumps < effects.bumpers:
+        touched = go_over(floor, reached.cells, streams.of("touch", mission))
+        grid, seen = drawn.touches(places, bodies(floor, touched), noisy(touched.contacts, effects, rng)), touched.swept
+    else:
+        scans = take_scans(floor, places)
+        grid, seen = drawn.scans(scans, effects, rng), _seen(floor, scans)
     gaps = draw_gaps(world.home, mission, effects, streams.of("gaps", mission))
     grid = OccupancyGrid(grid.frame, with_gaps(grid, gaps, distortion))
     grid = OccupancyGrid(grid.frame, with_specks(grid, world.home, distortion, effects, streams.of("specks", mission)))
-    happened = {"slam_failures": fails, "gaps": any(gap.length_m > LONG_GAP_M for gap in gaps)}
-    return Sensed(grid, floor, _seen(floor, scans), frozenset(name for name, has in happened.items() if has))
+    happened = {
+        "slam_failures": fails,
+        "gaps": any(gap.length_m > LONG_GAP_M for gap in gaps),
+        "bumpers": bumps < effects.bumpers,
+        "turned_grids": turned < effects.turned_grids,
+    }
+    return Sensed(grid, floor, seen, frozenset(name for name, has in happened.items() if has))
 
 
 def _seen(floor: Floor, scans: Scans) -> Mask:
@@ -59,35 +74,49 @@ def _seen(floor: Floor, scans: Scans) -> Mask:
     return np.asarray(seen > 0) & ~floor.solid
 
 
-def grid_of(
-    scans: Scans,
-    distortion: Distortion,
-    resolution: float,
-    effects: Effects,
-    rng: Generator,
-    failure: SlamFailure | None = None,
-) -> OccupancyGrid:
-    """Scans on a grid that is just large enough: what most rays swept is free, where enough of them ended is occupied."""
-    ranges = scans.ranges + effects.range_noise_m * rng.normal(size=scans.ranges.shape)
-    errors = rng.normal(size=(len(scans.places), 3)) * (
-        effects.scan_noise_m,
-        effects.scan_noise_m,
-        radians(effects.scan_noise_deg),
-    )
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """How a robot draws its map: what bends it, metres a cell, the grid's angle in its frame, and where SLAM failed."""
 
-    def placed(reach: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        ends = scans.ends(reach)
-        on_map = distortion.apply(_misplaced(ends, scans.places, errors).reshape(-1, 2)).reshape(ends.shape)
-        return on_map if failure is None else _put_off(on_map, failure)
+    distortion: Distortion
+    resolution: float
+    yaw: float = 0.0
+    failure: SlamFailure | None = None
 
-    hits, rims = placed(ranges), placed(ranges - _SHORT_OF_WALL_CELLS * resolution)
-    frame = _frame_around(hits.reshape(-1, 2), resolution)
-    real = np.isfinite(ranges)
-    ended = _ended(frame, hits, real if failure is None else np.concatenate([real, real[failure.scans[failure.again]]]))
-    swept = _swept(frame, rims)
-    cells = np.where(swept > 0, np.uint8(Cell.FREE), np.uint8(Cell.UNEXPLORED))
-    cells[(ended > 0) & (ended >= _OCCUPIED_SHARE * (ended + swept))] = Cell.OCCUPIED
-    return OccupancyGrid(frame, cells)
+    def scans(self, scans: Scans, effects: Effects, rng: Generator) -> OccupancyGrid:
+        """On a grid that is just large enough: what most rays swept is free, where enough of them ended is occupied."""
+        ranges = scans.ranges + effects.range_noise_m * rng.normal(size=scans.ranges.shape)
+        noise = effects.scan_noise_m, effects.scan_noise_m, radians(effects.scan_noise_deg)
+        errors = rng.normal(size=(len(scans.places), 3)) * noise
+
+        def placed(reach: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+            ends = _misplaced(scans.ends(reach), scans.places, errors)
+            on_map = self.distortion.apply(ends.reshape(-1, 2)).reshape(ends.shape)
+            return on_map if self.failure is None else _put_off(on_map, self.failure)
+
+        hits, rims = placed(ranges), placed(ranges - _SHORT_OF_WALL_CELLS * self.resolution)
+        frame = self._frame_around(hits.reshape(-1, 2))
+        real = np.isfinite(ranges)
+        if self.failure is not None:
+            real = np.concatenate([real, real[self.failure.scans[self.failure.again]]])
+        ended, swept = _ended(frame, hits, real), _swept(frame, rims)
+        cells = np.where(swept > 0, np.uint8(Cell.FREE), np.uint8(Cell.UNEXPLORED))
+        cells[(ended > 0) & (ended >= _OCCUPIED_SHARE * (ended + swept))] = Cell.OCCUPIED
+        return OccupancyGrid(frame, cells)
+
+    def touches(self, places: Points, swept: Points, contacts: Points) -> OccupancyGrid:
+        """Of points of the home (n, 2) that the robot passed over and (m, 2) that it touched; `places` as for scans."""
+        bodies, hits = (on_map(points, places, self.distortion, self.failure) for points in (swept, contacts))
+        return touch_grid(self._frame_around(np.concatenate([bodies, hits])), bodies, hits)
+
+    def _frame_around(self, points: Points) -> GridFrame:
+        """Around all points, its cells' edges on multiples of the resolution."""
+        turn = Pose(yaw=self.yaw)
+        straight = turn.inverse().apply(points)
+        low = np.floor(straight.min(0) / self.resolution) - _MARGIN_CELLS
+        width, height = (np.ceil(straight.max(0) / self.resolution) + _MARGIN_CELLS - low).astype(int).tolist()
+        ((x, y),) = turn.apply((low * self.resolution)[None]).tolist()
+        return GridFrame(self.resolution, width, height, Pose(round(x, 6), round(y, 6), self.yaw))
 
 
 def _put_off(ends: npt.NDArray[np.float64], failure: SlamFailure) -> npt.NDArray[np.float64]:
@@ -106,14 +135,6 @@ def _misplaced(
     cos, sin = np.cos(errors[:, 2])[:, None], np.sin(errors[:, 2])[:, None]
     turned = np.stack([cos * arms[..., 0] - sin * arms[..., 1], sin * arms[..., 0] + cos * arms[..., 1]], -1)
     return np.asarray(places[:, None] + errors[:, None, :2] + turned)
-
-
-def _frame_around(points: Points, resolution: float) -> GridFrame:
-    """Around all points, its cells' edges on multiples of the resolution."""
-    low = np.floor(points.min(0) / resolution) - _MARGIN_CELLS
-    width, height = (np.ceil(points.max(0) / resolution) + _MARGIN_CELLS - low).astype(int).tolist()
-    x, y = (low * resolution).tolist()
-    return GridFrame(resolution, width, height, Pose(round(x, 6), round(y, 6)))
 
 
 def _ended(frame: GridFrame, hits: npt.NDArray[np.float64], real: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:

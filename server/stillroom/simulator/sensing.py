@@ -103,8 +103,16 @@ def _fill(image: npt.NDArray[np.uint8], rings: Sequence[Points], value: int) -> 
     cv2.fillPoly(image, scaled, value, shift=_SUBPIXEL_BITS)
 
 
-def route(world: World, floor: Floor, rng: Generator) -> Points:
-    """Where the robot scans (n, 2), at its dock first: all over what it gets to from there, in the rooms that it enters."""
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """The cells of the floor that the robot's middle gets to, and the one (row, column) that it starts from."""
+
+    cells: Mask
+    start: tuple[int, int]
+
+
+def reach(world: World, floor: Floor) -> Reach:
+    """All that the robot gets to from its dock before its battery ends, in the rooms that it enters."""
     clear = distance_to(floor.solid | floor.glass, TRUTH_RESOLUTION_M) >= ROBOT_RADIUS_M
     for name in sorted(world.skipped):
         left_out = clear.astype(np.uint8)
@@ -113,15 +121,20 @@ def route(world: World, floor: Floor, rng: Generator) -> Points:
     labels = cv2.connectedComponents(clear.astype(np.uint8), connectivity=4)[1]
     cells = np.argwhere(labels > 0)
     dock = floor.frame.to_cells(as_points(world.home.dock))[0, ::-1]
-    row, column = cells[((cells - dock) ** 2).sum(1).argmin()]
+    row, column = cells[((cells - dock) ** 2).sum(1).argmin()].tolist()
     reached = labels == labels[row, column]
-    coarse = np.argwhere(reached)
-    coarse = coarse[rng.permutation(len(coarse))[: max(len(coarse) // 25, 1)]]
-    cells = np.concatenate([[[row, column]], coarse])
     if world.battery < 1.0:
-        way = _way_to(cells, reached)
-        cells = cells[way <= np.quantile(way, world.battery)]
-    return _spread(floor.centres(cells), SCAN_SPACING_M)
+        inside = np.argwhere(reached)
+        way = _way_to(np.concatenate([[[row, column]], inside]), reached)[1:]
+        reached[tuple(inside[way > np.quantile(way, world.battery)].T)] = False
+    return Reach(reached, (row, column))
+
+
+def route(floor: Floor, reached: Reach, rng: Generator) -> Points:
+    """Where the robot scans (n, 2), at its dock first: all over what it gets to."""
+    coarse = np.argwhere(reached.cells)
+    coarse = coarse[rng.permutation(len(coarse))[: max(len(coarse) // 25, 1)]]
+    return _spread(floor.centres(np.concatenate([[reached.start], coarse])), SCAN_SPACING_M)
 
 
 def _way_to(cells: npt.NDArray[np.int64], reached: Mask) -> npt.NDArray[np.int64]:

@@ -59,7 +59,7 @@ class MemoryService:
 
     def __init__(self) -> None:
         self.versions: list[Version] = []
-        self._newest = -1
+        self._newest = (0, -1)
 
     @property
     def in_force(self) -> Version:
@@ -78,7 +78,7 @@ class MemoryService:
         if not self.versions:
             began = time.perf_counter()
             update = create_semantic_map(grid, str(mission), Ids())
-        elif parsed.sequence < self._newest:
+        elif (parsed.epoch, parsed.sequence) < self._newest:
             return Answer("superseded", "A newer mission was processed before this one.", 0.0)
         else:
             motion = self._motion(parsed)
@@ -88,7 +88,7 @@ class MemoryService:
             except Exception as error:  # as the worker does: the mission is kept, the lane goes on
                 return Answer("reverted", f"{type(error).__name__}: {error}", time.perf_counter() - began)
         seconds = time.perf_counter() - began
-        self._newest = max(self._newest, parsed.sequence)
+        self._newest = max(self._newest, (parsed.epoch, parsed.sequence))
         if update.taken:
             self.versions.append(Version(_stored(update.map), mission, grid, update.motion))
         return Answer(update.outcome, update.reason, seconds, update)
