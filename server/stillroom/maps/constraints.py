@@ -63,9 +63,9 @@ def walls_lie_near_occupancy(semantic_map: SemanticMap, grid: OccupancyGrid, rea
 def dividers_end_on_walls_or_dividers(
     semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float
 ) -> Iterator[Violation]:
-    yield from _loose_ends(
-        "a divider ends on a wall or another divider", semantic_map.dividers, _lines(semantic_map.walls)
-    )
+    """Where a wall is missing, the meta-divider that stands in for it holds a divider as well."""
+    walls = _lines(semantic_map.walls) + _lines(semantic_map.meta.dividers)
+    yield from _loose_ends("a divider ends on a wall or another divider", semantic_map.dividers, walls)
 
 
 def meta_dividers_end_on_walls_or_meta_dividers(

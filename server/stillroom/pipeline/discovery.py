@@ -119,11 +119,13 @@ def _estimated(region: Polygon, known: Sequence[Line], transfer: Transfer, param
     lines = tuple(line for line in lines if _is_elsewhere(line, known))
     pieces = partition(MultiPolygon(whole), [*known, *lines])
     rooms = shapely.union_all([room.polygon for room in transfer.tracked.rooms])
-    new = shapely.area(shapely.difference(list(pieces), rooms)) > NEW * shapely.area(list(pieces))
+    area = shapely.area(list(pieces))
+    new = (shapely.area(shapely.difference(list(pieces), rooms)) > NEW * area) & (area >= params.room_area_m2)
     wanted = []
     for line, sides in zip(lines, rooms_beside(lines, pieces), strict=True):
         news = sum(bool(new[side]) for side in sides[:2])
-        if len(sides) > 1 and (news == 2 or (news == 1 and min(_held(line, transfer)) > HELD)):
+        scrap = any(area[side] < params.room_area_m2 for side in sides[:2])
+        if len(sides) > 1 and not scrap and (news == 2 or (news == 1 and min(_held(line, transfer)) > HELD)):
             wanted.append(line)
     return wanted
 

@@ -17,7 +17,7 @@ from stillroom.maps.geometry import GRID_M, as_line, as_points, polygons_in
 from stillroom.maps.grid import GridFrame, OccupancyGrid
 from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
 from stillroom.maps.mission import Mission
-from stillroom.maps.semantics import Ids, Room, SemanticMap
+from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
 from stillroom.pipeline.cells import cells_in
 from stillroom.pipeline.obstacles import Gap, band, filled, find_gaps
 from stillroom.pipeline.params import Params
@@ -33,6 +33,7 @@ ADJOINS_M = 0.30
 """A correction this near to a room adjoins it."""
 SIDE_M = 0.15
 """Where to look for what lies beside a correction."""
+ALONG = 0.7
 CUT_OFF_M2 = 0.25
 """Counted without a rim of the classification distance."""
 SAME_PLACE = 0.5
@@ -229,9 +230,16 @@ def _segments(lines: shapely.Geometry) -> tuple[MetaDivider, ...]:
 # -- as little as possible -----------------------------------------------------------------------------------------
 
 
-def settle(attempt: Attempt, retry: Retry, params: Params, keep: Sequence[MetaOccupancy] = ()) -> Attempt:
+def settle(
+    attempt: Attempt,
+    retry: Retry,
+    resolvers: Sequence[ResolverName],
+    params: Params,
+    keep: Sequence[MetaOccupancy] = (),
+) -> Attempt:
     """The attempt with no more corrections than it takes, and no room in parts."""
-    return rejoin(minimise(attempt, retry, keep), retry, params)
+    least = minimise(attempt, retry, keep)
+    return rejoin(least, retry, params) if "meta_occupancy" in resolvers else least
 
 
 def minimise(attempt: Attempt, retry: Retry, keep: Sequence[MetaOccupancy] = ()) -> Attempt:
@@ -285,6 +293,24 @@ def _parts(polygon: Polygon, rooms: npt.NDArray[np.int32], attempt: Attempt) -> 
     return False
 
 
+def restore_dividers(transfer: Transfer) -> Transfer:
+    """Dividers that found no wall to end on, but along which a meta-divider runs now: that is where they are."""
+    candidate, lost = transfer.candidate, list(transfer.lost_dividers)
+    left = list(candidate.meta.dividers)
+    restored: list[Divider] = []
+    for divider in [d for d in transfer.tracked.dividers if d.id in lost]:
+        around = shapely.buffer(LineString(divider.line), ADJOINS_M)
+        along = [d for d in left if shapely.length(shapely.intersection(d.shape, around)) > ALONG * d.shape.length]
+        longest = max(along, key=lambda d: d.shape.length, default=None)
+        if longest is not None and longest.shape.length > ALONG * LineString(divider.line).length:
+            left.remove(longest)
+            lost.remove(divider.id)
+            restored.append(replace(divider, line=longest.line, rooms=longest.rooms))
+    meta = replace(candidate.meta, dividers=tuple(left))
+    candidate = replace(candidate, dividers=(*candidate.dividers, *restored), meta=meta)
+    return replace(transfer, candidate=candidate, lost_dividers=tuple(lost))
+
+
 def name_corrections(candidate: SemanticMap, before: MapMeta, mission: Mission) -> SemanticMap:
     """The candidate with ids for its corrections: one that stood in its place before keeps its id, and since when it stands.
 
@@ -320,7 +346,7 @@ def _named(
 
 def _is_contradicted(correction: MetaOccupancy | MetaDivider, grid: OccupancyGrid) -> bool:
     """Whether the robot sensed the opposite on most of it."""
-    width = max(grid.frame.resolution, 0.05)
-    cells = cells_in([shapely.buffer(correction.shape, width / 2, cap_style="flat")], grid.frame)
+    around = shapely.buffer(correction.shape, grid.frame.resolution, cap_style="flat")
+    cells = cells_in(polygons_in(around), grid.frame)
     opposite = grid.occupied if isinstance(correction, MetaOccupancy) and correction.cell == "free" else grid.free
     return bool((cells & opposite).sum() > CONTRADICTED * max(int(cells.sum()), 1))

@@ -22,7 +22,7 @@ from stillroom.pipeline.discovery import Discovery, discover
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.plausibility import Plausibility, plausibility
 from stillroom.pipeline.registration import Registration, register
-from stillroom.pipeline.resolution import Attempt, name_corrections, resolve_conflicts, settle
+from stillroom.pipeline.resolution import Attempt, name_corrections, resolve_conflicts, restore_dividers, settle
 from stillroom.pipeline.resolution import ResolverName as ResolverName
 from stillroom.pipeline.restrictions import carry_restrictions
 from stillroom.pipeline.scores import RoomScore, score_rooms
@@ -143,11 +143,12 @@ def update_map(
         first = carried(MapMeta.EMPTY)
     with stage("resolve"):
         attempts = resolve_conflicts(first, carried, resolvers, params)
-        best = settle(next(reversed(attempts.values()), first), carried, params)
+        best = settle(next(reversed(attempts.values()), first), carried, resolvers, params)
     with stage("discover"):
         if found := discover(first, declined, params):
             best = _opened(found, best, carried, resolvers, params)
     with stage("verify"):
+        best = replace(best, transfer=restore_dividers(best.transfer))
         best = whole(_with_candidate(best, name_corrections(best.transfer.candidate, tracked.meta, mission)))
         broken = violations(best.transfer.candidate, best.transfer.grid, params.wall_reach_m)
     with stage("conflicts"):
@@ -167,9 +168,10 @@ def _opened(
     def retry(meta: MapMeta) -> Attempt:
         return carried(meta, found.dividers)
 
-    opened = retry(MapMeta(found.corrections))
+    corrections = found.corrections if "meta_occupancy" in resolvers else ()
+    opened = retry(MapMeta(corrections))
     attempts = resolve_conflicts(opened, retry, resolvers, params)
-    best = settle(next(reversed(attempts.values()), opened), retry, params, found.corrections)
+    best = settle(next(reversed(attempts.values()), opened), retry, resolvers, params, corrections)
     return best if best.failed <= resolved.failed else resolved
 
 
@@ -222,7 +224,7 @@ def decide(
     taken = is_valid(best, broken)
     choices = [proposal for conflict in conflicts for proposal in conflict.proposals]
     return MapUpdate(
-        outcome=_outcome(taken, transfer.candidate.meta, choices),
+        outcome=_outcome(taken, ablation.transfer, transfer.candidate.meta, choices),
         map=transfer.candidate if taken else previous,
         taken=taken,
         reason=_reason(rooms, broken, transfer),
@@ -241,9 +243,9 @@ def is_valid(best: Attempt, broken: Sequence[Violation]) -> bool:
     return not best.failed and not broken
 
 
-def _outcome(taken: bool, meta: MapMeta, choices: Sequence[Proposal]) -> Outcome:
+def _outcome(taken: bool, by_transfer: bool, meta: MapMeta, choices: Sequence[Proposal]) -> Outcome:
     if taken:
-        return "resolved" if meta.corrects else "updated"
+        return "resolved" if meta.corrects and not by_transfer else "updated"
     return "needs_review" if any(choice.action != "keep_previous" for choice in choices) else "reverted"
 
 
