@@ -3,18 +3,21 @@
 import copy
 
 import numpy as np
+import shapely
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stillroom.maps.constraints import violations
 from stillroom.maps.geometry import Pose
-from stillroom.maps.grid import OccupancyGrid
+from stillroom.maps.grid import Cell, OccupancyGrid, look_up
 from stillroom.maps.mission import Tracking
-from stillroom.maps.semantics import Ids
+from stillroom.maps.semantics import Ids, SemanticMap
 from stillroom.pipeline.creation import create_map
 from stillroom.pipeline.obstacles import corrected
 from stillroom.pipeline.params import PARAMS
-from stillroom.pipeline.update import MapUpdate, update_map
+from stillroom.pipeline.update import RESOLVERS, MapUpdate, ResolverName, update_map
+from tests.drawing import paint, rectangle
+from tests.golden.homes import FOUR_ROOMS
 from tests.grids import any_grid
 from tests.missions import mission, random_pose, sense, track_all
 
@@ -66,3 +69,52 @@ def assert_conflicts_are_whole(update: MapUpdate) -> None:
     choices = {proposal.action for conflict in update.conflicts for proposal in conflict.proposals}
     if not update.taken:
         assert (update.outcome == "needs_review") == bool(choices - {"keep_previous"})
+
+
+FOUR = create_map(FOUR_ROOMS.grid, "0", Ids())
+places = st.tuples(st.floats(0.2, 8.0), st.floats(0.2, 4.4), st.floats(0.2, 2.0), st.floats(0.2, 2.0))
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    st.lists(st.tuples(places, st.sampled_from(list(Cell))), min_size=1, max_size=4),
+    st.integers(0, 2**32),
+    st.sampled_from([RESOLVERS, RESOLVERS[:1], ()]),
+)
+def test_whatever_changes_in_a_home_the_answer_is_whole(
+    changes: list[tuple[tuple[float, float, float, float], Cell]], seed: int, resolvers: tuple[ResolverName, ...]
+) -> None:
+    """Pieces of the home freed, blocked or unseen: the grid, the previous map, the candidate and every proposal keep their word."""
+    rng = np.random.default_rng(seed)
+    grid = sense(FOUR_ROOMS.grid, Pose(), rng, 0.05)
+    for (x, y, width, height), cell in changes:
+        grid = paint(grid, cell, rectangle(x, y, x + width, y + height))
+    cells = grid.cells.copy()
+    sent = mission("1", FOUR, track_all(FOUR, Pose(), rng, 0.03), grid)
+    update = update_map(FOUR, sent, resolvers=resolvers)
+    assert (grid.cells == cells).all()
+    assert not grid.cells.flags.writeable
+    assert create_map(FOUR_ROOMS.grid, "0", Ids()) == FOUR
+    assert update.taken or update.map is FOUR
+    assert_conflicts_are_whole(update)
+    assert update.conflicts == update_map(FOUR, sent, resolvers=resolvers).conflicts
+    for conflict in update.conflicts:
+        for proposal in conflict.proposals:
+            if proposal.map is not FOUR:
+                assert violations(proposal.map, corrected(grid, proposal.map.meta.occupancy), PARAMS.wall_reach_m) == ()
+    if update.taken:
+        assert {room.id for room in FOUR.rooms} <= {room.id for room in update.map.rooms}
+        assert_walls_rest_on_what_was_sensed(update.map, grid)
+        assert resolvers or not update.map.meta.corrects
+
+
+def assert_walls_rest_on_what_was_sensed(semantic_map: SemanticMap, grid: OccupancyGrid) -> None:
+    """Away from the meta-occupancy, every wall lies near cells that the robot sensed as occupied: the meta layer can be dropped."""
+    corrections = shapely.union_all([o.polygon for o in semantic_map.meta.occupancy])
+    reach = PARAMS.wall_reach_m + 3 * grid.frame.resolution
+    for wall in semantic_map.walls:
+        if wall.kind == "wall":
+            samples = shapely.get_coordinates(shapely.segmentize(shapely.LineString(wall.line), 0.1))
+            far = shapely.distance(shapely.points(samples), corrections) > reach if corrections.area else np.True_
+            gaps = look_up(grid.occupied_distance, grid.frame.to_cells_inside(samples), np.inf)
+            assert (gaps[np.broadcast_to(far, gaps.shape)] <= reach).all(), wall.id
