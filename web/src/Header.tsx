@@ -5,7 +5,7 @@ import { api } from "./api/client";
 import { useConnection } from "./api/live";
 import classes from "./Header.module.css";
 import { Icon } from "./icons";
-import { texts } from "./texts";
+import { switchLanguage, texts } from "./texts";
 
 const NEXT = { auto: "light", light: "dark", dark: "auto" } as const;
 const ICONS = { auto: "system", light: "sun", dark: "moon" } as const;
@@ -20,6 +20,15 @@ export function Header({ live }: { readonly live: boolean }) {
       </Link>
       <div className={classes.tools}>
         {live && <ConnectionState />}
+        <button
+          type="button"
+          className={classes.language}
+          aria-label={texts.language.label}
+          title={texts.language.label}
+          onClick={switchLanguage}
+        >
+          {texts.language.short}
+        </button>
         <SchemeSwitch />
         {live && <SignOut />}
       </div>
@@ -32,7 +41,7 @@ function ConnectionState() {
   const { label, hint } = texts.connection[connection];
   return (
     <span className={classes.connection} role="status" data-state={connection} title={hint}>
-      {label}
+      <span className={classes.state}>{label}</span>
     </span>
   );
 }

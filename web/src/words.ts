@@ -1,5 +1,6 @@
 /** Facts of the API in plain words. */
 
+import { currentLocale } from "./numbers";
 import { texts } from "./texts";
 
 const UNITS: readonly (readonly [Intl.RelativeTimeFormatUnit, number])[] = [
@@ -11,18 +12,17 @@ const UNITS: readonly (readonly [Intl.RelativeTimeFormatUnit, number])[] = [
   ["minute", 60],
 ];
 
-const relative = new Intl.RelativeTimeFormat("en", { numeric: "auto" });
-const absolute = new Intl.DateTimeFormat("en", { dateStyle: "medium", timeStyle: "short" });
-
 /** "5 minutes ago"; "just now" within a minute, also for clocks that run a little ahead. */
 export function ago(moment: Date, now: Date): string {
   const seconds = (moment.getTime() - now.getTime()) / 1000;
   const unit = UNITS.find(([, length]) => Math.abs(seconds) >= length);
-  return unit ? relative.format(Math.trunc(seconds / unit[1]), unit[0]) : "just now";
+  if (!unit) return texts.justNow;
+  const relative = new Intl.RelativeTimeFormat(currentLocale(), { numeric: "auto" });
+  return relative.format(Math.trunc(seconds / unit[1]), unit[0]);
 }
 
 export function fullTime(moment: Date): string {
-  return absolute.format(moment);
+  return new Intl.DateTimeFormat(currentLocale(), { dateStyle: "medium", timeStyle: "short" }).format(moment);
 }
 
 /** Who made a version: `robot:RB-0042`, `user:ann@example.org`, `operator`, … */
@@ -78,4 +78,16 @@ interface MissionState {
 export function describeMission({ status, outcome, version }: MissionState): string {
   if (outcome === "reverted" && version === null) return texts.notCreated;
   return outcome === null ? (texts.status[status] ?? status) : (texts.outcome[outcome] ?? outcome);
+}
+
+interface Change {
+  readonly code: string;
+  readonly name: string;
+  readonly value: number | null;
+  readonly text: string;
+}
+
+/** The service says it in English; other languages have their own words for each kind of change. */
+export function describeChange({ code, name, value, text }: Change): string {
+  return texts.change[code]?.(name, value ?? 0) ?? text;
 }

@@ -8,10 +8,10 @@ import { movedDocument } from "../map/moved";
 import { viewMap } from "../map/view";
 import pageClasses from "../pages/MapPage.module.css";
 import { Failure, Loading } from "../pages/states";
-import { texts } from "../texts";
+import { language, texts } from "../texts";
 import { HomeMap } from "../viewer/HomeMap";
 import { useGridPicture } from "../viewer/useGridPicture";
-import { madeBy } from "../words";
+import { describeChange, madeBy } from "../words";
 import classes from "./Compare.module.css";
 
 interface CompareProps {
@@ -63,7 +63,7 @@ export default function Compare({ robot, map, title, before, after, onDone }: Co
             <ul>
               {diff.data.changes.map((change) => (
                 <li key={`${change.code} ${change.feature}`} data-code={change.code}>
-                  {change.text}
+                  {language === "en" ? change.text : describeChange(change)}
                 </li>
               ))}
             </ul>

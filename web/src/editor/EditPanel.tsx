@@ -166,14 +166,18 @@ function Problems({ state, session, onSelect }: EditPanelProps) {
     const sort = state.document.features.find((one) => one.id === id)?.properties.semantic;
     if (sort === "room" || sort === "divider" || sort === "restriction" || sort === "phantom") onSelect({ sort, id });
   };
+  const nameOf = (id: string | null) => {
+    const found = state.document.features.find((one) => one.id === id)?.properties;
+    return found?.semantic === "room" ? found.name : "";
+  };
   return (
     <section className={classes.problems} aria-label={editorTexts.problems}>
       <h2>{editorTexts.problems}</h2>
       <ul>
-        {state.problems.map(({ code, feature, message, fix, fix_operation }) => (
+        {state.problems.map(({ code, feature, message, fix_operation }) => (
           <li key={`${code} ${feature}`}>
             <button type="button" onClick={() => feature && select(feature)}>
-              {message}
+              {editorTexts.problem[code]?.(nameOf(feature)) ?? message}
             </button>
             {fix_operation && (
               <Button
@@ -181,7 +185,7 @@ function Problems({ state, session, onSelect }: EditPanelProps) {
                 variant="default"
                 onClick={() => void session.attempt((o) => [...o, fix_operation as edits.Operation])}
               >
-                {fix}
+                {editorTexts.divider.remove}
               </Button>
             )}
           </li>

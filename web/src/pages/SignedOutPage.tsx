@@ -2,9 +2,8 @@ import { Button } from "@mantine/core";
 import { texts } from "../texts";
 import { Command, Notice } from "./states";
 
-const { signedOut } = texts;
-
 export function SignedOutPage({ look }: { readonly look: () => void }) {
+  const { signedOut } = texts;
   return (
     <Notice title={signedOut.title}>
       <p>{signedOut.lead}</p>

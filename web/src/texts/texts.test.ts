@@ -1,0 +1,44 @@
+import { describe, expect, it } from "vitest";
+import { de, editorDe } from "./de";
+import { en } from "./en";
+import { editorEn } from "./en.editor";
+
+/** Every string and every sentence with blanks, by its path. */
+function leaves(value: unknown, path = ""): Map<string, string> {
+  const found = new Map<string, string>();
+  if (typeof value === "string") found.set(path, value);
+  else if (typeof value === "function") found.set(path, said(value as (...blanks: unknown[]) => string));
+  else if (typeof value === "object" && value !== null)
+    for (const [key, one] of Object.entries(value))
+      for (const [p, text] of leaves(one, `${path}.${key}`)) found.set(p, text);
+  return found;
+}
+
+/** A sentence, its blanks filled with what each takes. */
+function said(sentence: (...blanks: unknown[]) => string): string {
+  for (const blanks of [["X", [1, 2]], [2, 3], [[1, 2]], [["A", "B"]]]) {
+    try {
+      return sentence(...blanks);
+    } catch {
+      // Those were not its blanks.
+    }
+  }
+  throw new Error("a sentence whose blanks are not known");
+}
+
+/** The same word in both languages. */
+const ALIKE = new Set(["stillroom", "Live", "Name", "Version 2", "Escape", "Garage", "Version X"]);
+
+describe.each([
+  ["pages", en, de],
+  ["the editor", editorEn, editorDe],
+])("the texts of %s", (_, english, german) => {
+  it("are the same ones in both languages, and none is left untranslated", () => {
+    const [one, other] = [leaves(english), leaves(german)];
+    expect([...other.keys()].sort()).toEqual([...one.keys()].sort());
+    const same = [...one].filter(
+      ([path, text]) => other.get(path) === text && /[a-z]{3}/.test(text) && !ALIKE.has(text),
+    );
+    expect(same).toEqual([]);
+  });
+});
