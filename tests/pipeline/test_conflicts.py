@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from shapely import Polygon
 
 from stillroom.maps.geometry import Pose
 from stillroom.maps.grid import Cell, OccupancyGrid
@@ -24,7 +25,7 @@ HOME = FOUR_ROOMS.grid
 BASE = first_map(FOUR_ROOMS)
 GAPPED = paint(HOME, Cell.FREE, rectangle(3.2, 2.0, 4.0, 2.2))
 HALF_SEEN_GAP = paint(
-    paint(HOME, Cell.UNEXPLORED, rectangle(2.8, 2.0, 4.0, 2.2)), Cell.FREE, rectangle(3.2, 2.0, 3.6, 2.2)
+    paint(HOME, Cell.UNEXPLORED, rectangle(2.8, 2.0, 4.0, 2.2)), Cell.FREE, rectangle(3.2, 2.0, 3.4, 2.2)
 )
 BREACH = paint(HOME, Cell.FREE, rectangle(4.2, 1.95, 6.4, 2.25))
 LOST = ("room_lost", "room_recall", "room_precision")
@@ -101,7 +102,7 @@ def test_rooms_that_failed_apart_from_each_other_are_conflicts_of_their_own() ->
 
 
 @pytest.mark.parametrize(
-    ("grid", "cause"), [(HALF_SEEN_GAP, "wall_gap"), (GAPPED, "new_passage")], ids=["a third seen", "seen"]
+    ("grid", "cause"), [(HALF_SEEN_GAP, "wall_gap"), (GAPPED, "new_passage")], ids=["a sixth seen", "seen"]
 )
 def test_a_gap_of_which_little_was_seen_is_a_gap_and_one_that_was_seen_is_a_passage(
     grid: OccupancyGrid, cause: str
@@ -155,16 +156,23 @@ def attempt(base: SemanticMap = BASE, grid: OccupancyGrid = HOME) -> Attempt:
 
 
 def test_a_divider_without_a_wall_to_end_on_is_told() -> None:
-    """The wall between B and D is gone up to their doorway: its divider hangs in the air."""
-    grid = paint(HOME, Cell.FREE, rectangle(4.2, 1.95, 6.6, 2.25))
-    update = upload(BASE, grid)
-    divider = between(BASE, "B", "D").id
-    assert update.taken, update.reason
-    assert update.map.divider(divider) is None
-    (conflict,) = conflicts_of(update, "divider_lost")
-    assert (conflict.dividers, conflict.resolved) == ((divider,), False)
+    divider, made = between(BASE, "B", "D").id, attempt()
+    rest = tuple(d for d in made.transfer.candidate.dividers if d.id != divider)
+    candidate = replace(made.transfer.candidate, dividers=rest)
+    best = replace(made, transfer=replace(made.transfer, candidate=candidate, lost_dividers=(divider,)))
+    (conflict,) = detect_conflicts(BASE, made, best, "1", True, PARAMS)
+    assert (conflict.kind, conflict.dividers, conflict.resolved) == ("divider_lost", (divider,), False)
     assert {score.name for score in conflict.rooms} == {"B", "D"}
     assert "B and D" in conflict.summary or "D and B" in conflict.summary
+
+
+@pytest.mark.parametrize("gap", [rectangle(4.2, 1.95, 6.6, 2.25), rectangle(4.2, 1.95, 8.2, 2.25)])
+def test_a_divider_beside_a_wall_that_is_gone_is_kept_or_told(gap: Polygon) -> None:
+    update = upload(BASE, paint(HOME, Cell.FREE, gap))
+    assert update.taken, update.reason
+    divider = between(BASE, "B", "D").id
+    told = [d for conflict in conflicts_of(update, "divider_lost") for d in conflict.dividers]
+    assert (update.map.divider(divider) is None) == (divider in told)
 
 
 @pytest.mark.parametrize(
