@@ -19,7 +19,7 @@ from stillroom.pipeline.update import update_map
 from stillroom.simulator.building import draw_home
 from stillroom.simulator.effects import Effects, Streams
 from stillroom.simulator.fleet import SimulatedRobot
-from tests.drawing import draw, iou
+from tests.drawing import draw, iou, paint, rectangle
 
 HOME = draw(
     """
@@ -153,6 +153,15 @@ def test_a_home_that_is_its_own_image_turned_is_parked_and_not_guessed() -> None
     assert update.outcome == "parked"
     assert not update.taken
     assert update.map is home
+
+
+def test_a_closet_is_not_enough_to_tell_the_two_ends_of_a_home_apart() -> None:
+    frame = MIRRORED.grid.frame
+    x, y = frame.to_map(np.array([[20.0, 20.0]]))[0].tolist()
+    nearly = paint(MIRRORED.grid, Cell.OCCUPIED, rectangle(x, y, x + 0.6, y + 0.5))
+    found = register(create_map(nearly, "0", Ids()), turned(nearly, Pose(3.0, 1.0, 0.6)), PARAMS)
+    assert found.ambiguous(PARAMS)
+    assert not found.found(PARAMS)
 
 
 def test_where_somebody_knows_that_it_is_this_floor_the_likeliest_pose_counts() -> None:

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from tests.real.carrying import tell_carried
-from tests.real.registering import of_different_places, of_places, tell
+from tests.real.registering import tell
 from tests.real.shared import DATA
 
 
@@ -20,7 +20,7 @@ def main() -> int:
     if not DATA.is_dir():
         told(f"there are no real maps in {DATA}")
         return 1
-    tell({**of_places(), "different places": of_different_places()}, told)
+    tell(told)
     tell_carried(told, Path(sys.argv[1]) if len(sys.argv) > 1 else None)
     return 0
 

@@ -1,9 +1,10 @@
 """How registration does on real maps: found, honestly parked, or wrong, by pairs of maps of which the truth is known."""
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
+from itertools import chain
 
 import numpy as np
 import shapely
@@ -14,6 +15,7 @@ from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.semantics import Ids, SemanticMap
 from stillroom.pipeline.adoption import adopt_map
 from stillroom.pipeline.params import PARAMS
+from stillroom.pipeline.plausibility import plausibility
 from stillroom.pipeline.registration import register
 from stillroom.pipeline.transfer import track
 from tests.real.places import PLACES, different
@@ -28,11 +30,13 @@ DIFFERENT = 200
 
 @dataclass(frozen=True)
 class Try:
-    """One map registered on another; `right`: the pose is, whether it was accepted or not (None: there is no right one)."""
+    """One map registered on another; `right`: the pose is, whether it was accepted or not (None: there is no right one); `plausible`: the
+    grid at that pose is neither another floor nor a wreck, as is asked of tracked missions too."""
 
     previous: str
     mission: str
     accepted: bool
+    plausible: bool
     right: bool | None
     overlap: float
     fit: float
@@ -72,12 +76,15 @@ def attempt(previous: str, mission: str, truth: Pose | None) -> Try:
     if truth is not None:
         gaps = np.linalg.norm(found.motion.apply(walls) - truth.apply(walls), axis=1)
         right = bool(np.median(gaps) < RIGHT_M)
+    tracked = track(known, found.motion, grid.frame)
+    shown = plausibility(tracked, grid, PARAMS)
     return Try(
         previous,
         mission,
         accepted=found.found(PARAMS),
+        plausible=not (shown.other_floor(PARAMS) or shown.wrecked(PARAMS)),
         right=right,
-        overlap=common_floor(track(known, found.motion, grid.frame), itself),
+        overlap=common_floor(tracked, itself),
         fit=found.fit,
         rival=found.rival,
         ms=1000 * spent,
@@ -93,38 +100,38 @@ def common_floor(first: SemanticMap, second: SemanticMap) -> float:
     return float(shapely.intersection(one, other).area / max(shapely.union(one, other).area, 1e-9))
 
 
-def of_places(names: Iterable[str] = ()) -> dict[str, list[Try]]:
-    """All pairs of maps of the places of these names, or of all places."""
-    chosen = [place for place in PLACES if not names or place.name in names]
-    tries = {place.name: [attempt(a, b, place.pose_between(a, b)) for a, b in place.pairs()] for place in chosen}
-    tries |= {
-        f"{place.name}, parts": [attempt(a, b, place.pose_between(a, b)) for a, b in place.pairs_with_parts()]
-        for place in chosen
-        if place.parts
-    }
-    return tries
+def of_places() -> Iterator[tuple[str, list[Try]]]:
+    """All pairs of maps of each place, those of whole maps first."""
+    for place in PLACES:
+        yield place.name, [attempt(a, b, place.pose_between(a, b)) for a, b in place.pairs()]
+        if place.parts:
+            parts = [attempt(a, b, place.pose_between(a, b)) for a, b in place.pairs_with_parts()]
+            yield f"{place.name}, parts", parts
 
 
-def of_different_places() -> list[Try]:
-    return [attempt(a, b, None) for a, b in different(DIFFERENT)]
+def of_different_places() -> Iterator[tuple[str, list[Try]]]:
+    yield "different places", [attempt(a, b, None) for a, b in different(DIFFERENT)]
 
 
-def tell(tries: dict[str, Sequence[Try]], told: Callable[[str], None]) -> None:
-    """The table, and every pair that was not found."""
-    told(f"{'place':<26}{'pairs':>6}{'found':>7}{'in part':>9}{'parked':>8}{'wrong':>7}{'CPU ms':>8}")
-    for name, row in tries.items():
+def tell(told: Callable[[str], None]) -> None:
+    """The table, and every pair of a place that was not found."""
+    told(
+        f"{'place':<26}{'pairs':>6}{'found':>7}{'in part':>9}{'parked':>8}{'wrong':>7}{'implausible':>13}{'CPU ms':>8}"
+    )
+    missed: list[str] = []
+    for name, row in chain(of_places(), of_different_places()):
         counts = [len(row), sum(t.found for t in row), sum(t.found_in_part for t in row)]
-        counts += [sum(not t.accepted for t in row), sum(t.wrong for t in row)]
-        a, b, c, d, e = counts
-        told(f"{name:<26}{a:6d}{b:7d}{c:9d}{d:8d}{e:7d}{np.median([t.ms for t in row]):8.0f}")
-    told("")
-    for name, row in tries.items():
-        for t in row:
-            if t.wrong or (t.right is not None and not t.accepted):
-                verdict = "wrong" if t.wrong else "parked, and right" if t.right else "parked"
-                told(
-                    f"{verdict:<18} {name}: {_stem(t.previous)} -> {_stem(t.mission)}: fit {t.fit:.2f}, rival {t.rival:.2f}"
-                )
+        counts += [sum(not t.accepted for t in row), sum(t.wrong for t in row), sum(not t.plausible for t in row)]
+        a, b, c, d, e, f = counts
+        told(f"{name:<26}{a:6d}{b:7d}{c:9d}{d:8d}{e:7d}{f:13d}{np.median([t.ms for t in row]):8.0f}")
+        missed += [_missed(name, t) for t in row if t.wrong or (t.right is not None and not t.accepted)]
+    told("\n" + "\n".join(missed))
+
+
+def _missed(place: str, tried: Try) -> str:
+    verdict = "wrong" if tried.wrong else "parked, and right" if tried.right else "parked"
+    pair = f"{_stem(tried.previous)} -> {_stem(tried.mission)}"
+    return f"{verdict:<18} {place}: {pair}: fit {tried.fit:.2f}, rival {tried.rival:.2f}"
 
 
 def _stem(file: str) -> str:

@@ -16,8 +16,11 @@ from stillroom.pipeline.alignment import WallSamples
 CELL_M = 0.20
 BLUR_M = 0.20
 DIRECTIONS = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])
-TURNS = 6
+OTHER_TURNS = 4
+"""Turns that are tried besides the four quarter turns of the likeliest one: not every home is of right angles."""
 TURNS_APART_DEG = 8
+BINS = 720
+"""Of half a degree."""
 SHIFTS_PER_TURN = 2
 SHIFTS_APART_M = 2.0
 MARGIN_M = 1.0
@@ -57,17 +60,20 @@ def _turns(before: Points, after: Points) -> list[float]:
     """Angles (radians) at which the directions of two sets of normals agree best, at least `TURNS_APART_DEG` apart."""
     histograms = []
     for normals in (before, after):
-        degrees = np.degrees(np.arctan2(normals[:, 1], normals[:, 0])) % 360
-        counts = np.bincount(np.round(degrees * 2).astype(int) % 720, minlength=720).astype(float)
+        facing = np.arctan2(normals[:, 1], normals[:, 0]) / (2 * np.pi)
+        counts = np.bincount(np.round(facing * BINS).astype(int) % BINS, minlength=BINS).astype(float)
         kernel = np.exp(-0.5 * (np.arange(-8, 9) / 3.0) ** 2)
         histograms.append(np.fft.rfft(np.convolve(np.concatenate([counts[-8:], counts, counts[:8]]), kernel, "valid")))
-    match = np.fft.irfft(histograms[1] * np.conj(histograms[0]), 720)
-    turns: list[float] = []
-    for _ in range(TURNS):
-        best = int(match.argmax())
-        turns.append(np.radians(best / 2))
-        match[np.arange(best - 2 * TURNS_APART_DEG, best + 2 * TURNS_APART_DEG + 1) % 720] = -np.inf
-    return turns
+    match = np.fft.irfft(histograms[1] * np.conj(histograms[0]), BINS)
+    quarter = int(match.reshape(4, BINS // 4).sum(0).argmax())
+    turns = [quarter + k * BINS // 4 for k in range(4)]
+    near = np.arange(-round(TURNS_APART_DEG / 360 * BINS), round(TURNS_APART_DEG / 360 * BINS) + 1)
+    for turn in turns:
+        match[(turn + near) % BINS] = -np.inf
+    for _ in range(OTHER_TURNS):
+        turns.append(int(match.argmax()))
+        match[(turns[-1] + near) % BINS] = -np.inf
+    return [turn * 2 * np.pi / BINS for turn in turns]
 
 
 def _pictures(points: Points, normals: Points, size: int) -> list[Picture]:

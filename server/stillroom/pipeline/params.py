@@ -104,7 +104,7 @@ class Params:
     """and so much of the smaller floor be common."""
     registration_fit: float = 0.53
     """A frame counts as found where a pose fits as well as this (another home reaches 0.51, the same one 0.54 and more),"""
-    registration_margin: float = 0.65
+    registration_margin: float = 0.6
     """and no other pose reaches more than this part of its fit."""
 
     # -- plausibility --

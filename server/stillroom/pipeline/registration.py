@@ -39,7 +39,8 @@ from stillroom.pipeline.walls import outline, separate_clutter
 
 REFINED = 6
 """Likely poses that are looked at closely."""
-SAME_POSE_M = 0.5
+SAME_POSE_M = 1.0
+"""Poses nearer to each other than this are one, not quite settled, and no rivals."""
 DRAWN_M = 0.05
 """The previous map is drawn with cells of this size,"""
 DRAWN_MARGIN_M = 0.5
