@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stillroom.maps.geometry import Line, Pose, as_points
-from stillroom.maps.grid import GridFrame, OccupancyGrid
+from stillroom.maps.grid import Cell, GridFrame, OccupancyGrid
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
 from stillroom.pipeline.cells import label_cells
 from stillroom.pipeline.params import PARAMS, Params
@@ -51,14 +51,15 @@ def _occupied_distance(grid: OccupancyGrid) -> npt.NDArray[np.float32]:
 
 
 def _explored_part(grid: OccupancyGrid, params: Params) -> OccupancyGrid:
-    """The grid without what lies farther from everything free than walls can: the map is the same, however much is unexplored around it."""
+    """What is free with as much around it as walls can reach: the map is the same, however much is unexplored around it."""
     left, bottom, width, height = cv2.boundingRect(grid.free.view(np.uint8))
     margin = int(np.ceil(params.wall_reach_m / grid.frame.resolution)) + 2
-    west, south = max(left - margin, 0), max(bottom - margin, 0)
-    cells = np.ascontiguousarray(grid.cells[south : bottom + height + margin, west : left + width + margin])
+    west, south, east, north = left - margin, bottom - margin, left + width + margin, bottom + height + margin
+    inside = grid.cells[max(south, 0) : north, max(west, 0) : east]
+    missing = ((max(-south, 0), max(north - grid.frame.height, 0)), (max(-west, 0), max(east - grid.frame.width, 0)))
     x, y = grid.frame.to_map(as_points([(west, south)]))[0].tolist()
-    frame = GridFrame(grid.frame.resolution, cells.shape[1], cells.shape[0], Pose(x, y, grid.frame.origin.yaw))
-    return OccupancyGrid(frame, cells)
+    frame = GridFrame(grid.frame.resolution, east - west, north - south, Pose(x, y, grid.frame.origin.yaw))
+    return OccupancyGrid(frame, np.pad(inside, missing, constant_values=Cell.UNEXPLORED))
 
 
 def room_cells(semantic_map: SemanticMap, grid: OccupancyGrid, params: Params = PARAMS) -> npt.NDArray[np.int32]:

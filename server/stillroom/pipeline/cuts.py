@@ -168,7 +168,7 @@ def cells_at(values: npt.NDArray[Value], places: Numbers, frame: GridFrame) -> n
 def _in_sight(a: Points, b: Points, mask: Mask, frame: GridFrame) -> Flags:
     """Whether the way from a to b (n, 2) leads over the floor; the ends themselves may be ragged."""
     length = np.linalg.norm(b - a, axis=1)
-    margin = np.minimum(2.5 * frame.resolution / length, 0.45)[:, None]
+    margin = np.minimum(max(0.125, 2 * frame.resolution) / length, 0.45)[:, None]
     stations = margin + np.linspace(0, 1, SIGHT_SAMPLES)[None] * (1 - 2 * margin)
     sight = a[:, None] + stations[..., None] * (b - a)[:, None]
     return np.asarray(cells_at(mask, sight, frame).all(1))

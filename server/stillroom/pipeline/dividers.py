@@ -19,6 +19,8 @@ STATIONS = np.linspace(0.02, 0.98, 33)
 THICKEST_WALL_M = 0.6
 ACROSS = 0.5
 """Cosine of the smallest angle between a divider and the face of a doorpost."""
+CORNER = np.radians(25)
+"""The outline turns at least so much at a doorpost's corners."""
 PARALLEL = 0.94
 DETOUR, DETOUR_M = 2.0, 0.10
 """Along its line a tracked end goes at most this many times as far as to the nearest wall, and this much more."""
@@ -156,9 +158,7 @@ def centre_all(lines: Sequence[Line], floor: MultiPolygon) -> list[Line]:
     """The same for each of `lines`."""
     if floor.is_empty or not lines:
         return list(lines)
-    coordinates, ring = shapely.get_coordinates(shapely.get_rings(shapely.get_parts(floor)), return_index=True)
-    follows = ring[1:] == ring[:-1]
-    edges = np.stack([coordinates[:-1], coordinates[1:]], 1)[follows]
+    edges = _doorposts(floor)
     ends = np.array(lines, dtype=np.float64)
     tree = shapely.STRtree(shapely.linestrings(edges))
     end, edge = tree.query(shapely.points(ends.reshape(-1, 2)), predicate="dwithin", distance=2 * TOUCH_M)
@@ -170,8 +170,22 @@ def centre_all(lines: Sequence[Line], floor: MultiPolygon) -> list[Line]:
     ]
 
 
+def _doorposts(floor: MultiPolygon) -> Numbers:
+    """Edges of the outline, (n, 2, 2), as short as a wall is thick, between two corners that stick into the floor."""
+    found = []
+    for ring in shapely.get_rings(shapely.get_parts(shapely.orient_polygons(floor))):
+        points = shapely.get_coordinates(ring)[:-1]
+        out = np.roll(points, -1, axis=0) - points
+        into = np.roll(out, 1, axis=0)
+        turn = np.arctan2(into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0], (into * out).sum(1))
+        sticks_in = turn < -CORNER
+        post = sticks_in & np.roll(sticks_in, -1) & (np.hypot(*out.T) < THICKEST_WALL_M)
+        found.append(np.stack([points, points + out], 1)[post])
+    return np.concatenate(found)
+
+
 def _centred(line: Line, at_begin: Numbers, at_end: Numbers, boundary: shapely.Geometry) -> Line:
-    """`at_begin`, `at_end`: edges of the outline, (n, 2, 2), on which the line's ends lie."""
+    """`at_begin`, `at_end`: doorposts, (n, 2, 2), on which the line's ends lie."""
     ends = as_points(line)
     along = (ends[1] - ends[0]) / max(float(np.hypot(*(ends[1] - ends[0]))), 1e-9)
     jambs = [_jamb(edges, along) for edges in (at_begin, at_end)]
@@ -183,12 +197,8 @@ def _centred(line: Line, at_begin: Numbers, at_end: Numbers, boundary: shapely.G
 
 
 def _jamb(edges: Numbers, along: Points) -> Points | None:
-    """The middle of the doorpost's face, (2,), among the `edges` (n, 2, 2) on which a divider ends; None where it ends on anything else.
-
-    A doorpost's face is as short as a wall is thick and runs across the divider.
-    """
+    """The middle of the doorpost's face, (2,), among the `edges` (n, 2, 2) on which a divider ends; None where none runs across the divider."""
     for begin, end in edges:
-        length = float(np.hypot(*(end - begin)))
-        if abs(float((end - begin) @ along)) < ACROSS * length and length < THICKEST_WALL_M:
+        if abs(float((end - begin) @ along)) < ACROSS * float(np.hypot(*(end - begin))):
             return np.asarray((begin + end) / 2)
     return None

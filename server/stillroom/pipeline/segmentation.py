@@ -18,12 +18,12 @@ from stillroom.pipeline.dividers import centre_all
 from stillroom.pipeline.params import Params
 
 WEIGHTS = {
-    "constant": 4.25,
+    "constant": 4.6,
     "support": -1.1,
-    "wall_between": -3.05,
-    "two_corners": -1.25,
-    "narrow_side": 2.85,
-    "wide_side": 1.5,
+    "wall_between": -3.2,
+    "two_corners": -1.75,
+    "narrow_side": 2.6,
+    "wide_side": 1.6,
 }
 """How much each property of a cut speaks for joining both sides (log odds)."""
 FORCED = 100.0
@@ -93,8 +93,11 @@ class Pieces:
 
 
 def over_segment(floor: MultiPolygon, mask: Mask, frame: GridFrame, params: Params) -> Pieces:
-    clearance = np.asarray(cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, 5), np.float32)
-    clearance *= np.float32(frame.resolution)
+    # beyond the grid is no floor either
+    padded = np.pad(mask, 1).view(np.uint8)
+    clearance = np.asarray(cv2.distanceTransform(padded, cv2.DIST_L2, 5), np.float32)[1:-1, 1:-1]
+    # to the border of the nearest cell that is none, not to its middle
+    clearance = np.maximum(clearance - 0.5, 0) * np.float32(frame.resolution)
     outline = outline_of(floor, frame, params)
     cuts = likely_cuts(possible_cuts(outline, mask, clearance, frame, params))
     labels, cells = _label_pieces(outline, mask, cuts, frame, params)
@@ -138,7 +141,7 @@ def _label_pieces(outline: Outline, mask: Mask, cuts: Cuts, frame: GridFrame, pa
 def _beside(cuts: Cuts, towards: Points, labels: Labels, frame: GridFrame) -> Indices:
     """The piece that most of a cut borders on in direction `towards` (n, 2)."""
     on = cuts.a[:, None] + BESIDE[:, None] * (cuts.b - cuts.a)[:, None]
-    off = (2 * frame.resolution, 3.5 * frame.resolution)
+    off = (max(0.1, 1.5 * frame.resolution), max(0.175, 3 * frame.resolution))
     places = np.concatenate([on + distance * towards[:, None] for distance in off], 1)
     found = cells_at(labels, places, frame).astype(np.int64)
     votes = ((found[:, :, None] == found[:, None]) & (found > 0)[:, :, None]).sum(2)
@@ -193,7 +196,7 @@ def _stations(outline: Outline, count: Indices, labels: Labels, frame: GridFrame
     points = outline.points[edge] + (at - starts[edge])[:, None] * along
     inwards = np.stack([-along[:, 1], along[:, 0]], 1)
     pieces = np.zeros(len(points), np.int32)
-    for distance in (1.5 * frame.resolution, 3 * frame.resolution):
+    for distance in (max(0.075, frame.resolution), max(0.15, 2 * frame.resolution)):
         pieces = np.where(pieces == 0, cells_at(labels, points + distance * inwards, frame), pieces)
     return points, pieces
 

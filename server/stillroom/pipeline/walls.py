@@ -15,14 +15,22 @@ from stillroom.maps.geometry import GRID_M, Points, as_points, polygons_in
 from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid, look_up
 from stillroom.maps.semantics import Clutter, Wall, WallKind
 from stillroom.pipeline.params import Params
+from stillroom.pipeline.tracing import Corners, trace
 
+Numbers = npt.NDArray[np.float64]
 Pixels = npt.NDArray[np.int32]
 """Shape (n, 2), column and row of cells."""
 
-STEP = 0.8
-"""Cells by which parallel edges must lie apart to be told from one edge."""
-SHORTEST_FIT = 6
-"""An edge of fewer cells than this is too short to fit a line to."""
+STEP_M, STEP = 0.04, 0.8
+"""Parallel edges must lie apart by so many metres, and so many cells, to be told from one edge."""
+SHORTEST_FIT_M = 0.3
+"""A shorter edge is no line to fit: it goes from corner to corner."""
+EDGE = 0.01
+"""Cells."""
+BIAS_M = 1e-7
+"""Coordinates halfway between two millimetres, as those of cells often are, go to the upper one and not where rounding errors send them."""
+MARGIN = 0.1
+"""Share of an edge at both of its ends that is not fitted: corners are ragged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +55,7 @@ def separate_clutter(grid: OccupancyGrid, params: Params) -> Obstacles:
     free = _drop_specks(grid.free[rows, columns], params.floor_speck_m2 / grid.frame.resolution**2)
     floor[rows, columns] = free | _movable(~free, grid.frame.resolution, params)
     clutter = grid.occupied & floor
-    return Obstacles(grid.occupied & ~clutter, clutter, seal_diagonals(floor))
+    return Obstacles(grid.occupied & ~clutter, clutter, floor)
 
 
 def _drop_specks(mask: Mask, cells: float) -> Mask:
@@ -111,34 +119,54 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
 
     Exterior rings run counter-clockwise and holes clockwise: the floor is on the left. Parts below `smallest_m2` are left out.
     """
-    cells = floor.view(np.uint8)
-    contours, hierarchy = cv2.findContours(cells, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-    if not len(contours):
-        return MultiPolygon()
-    parents = hierarchy.reshape(-1, 4)[:, 3]
-    tolerance = max(params.outline_tolerance_m / frame.resolution, 1.1)
-    shells: dict[int, list[Polygon]] = {}
+    cell = frame.resolution
+    borders = trace(floor)
+    areas = np.array([_area(border) for border in borders]) * cell**2
+    around = [borders[k] for k in np.flatnonzero(areas > 0)]
+    pillars = [borders[k] for k in np.flatnonzero(areas <= -params.pillar_area_m2)]
     holes: dict[int, list[Polygon]] = {}
-    for i, contour in enumerate(contours):
-        if parents[i] >= 0 and cv2.contourArea(contour) * frame.resolution**2 < params.pillar_area_m2:
-            continue
-        rings = _ring(contour.reshape(-1, 2).astype(np.int32), tolerance, hole=parents[i] >= 0)
-        if parents[i] < 0:
-            shells[i] = rings
-        else:
-            large = [ring for ring in rings if ring.area * frame.resolution**2 >= params.pillar_area_m2]
-            holes.setdefault(int(parents[i]), []).extend(large)
+    for pillar, part in zip(pillars, _parts_of(pillars, around), strict=True):
+        rings = _straightened(pillar, cell, params)
+        holes.setdefault(part, []).extend(ring for ring in rings if ring.area * cell**2 >= params.pillar_area_m2)
+    left, bottom, width, height = cv2.boundingRect(floor.view(np.uint8))
+    # a little more, or edges on the very border would be cut by rounding errors
+    extent = shapely.box(left - EDGE, bottom - EDGE, left + width + EDGE, bottom + height + EDGE)
     parts: list[Polygon] = []
-    for i, shell in shells.items():
-        whole: list[Polygon] = shell
-        if holes.get(i):
-            pillars = shapely.union_all(holes[i], grid_size=GRID_M)
-            whole = polygons_in(shapely.difference(shell, pillars, grid_size=GRID_M))
-        whole = polygons_in(shapely.intersection(whole, shapely.box(0, 0, frame.width, frame.height)))
-        parts += [p for p in whole if p.area * frame.resolution**2 >= max(smallest_m2, GRID_M)]
-    moved = shapely.transform(np.array(parts, dtype=object), lambda p: frame.to_map(as_points(p)))
-    snapped = polygons_in(shapely.set_precision(moved, GRID_M))
-    return shapely.orient_polygons(MultiPolygon(_apart(snapped)))
+    for k, border in enumerate(around):
+        whole = _straightened(border, cell, params)
+        if holes.get(k):
+            pillar_area = shapely.union_all(holes[k], grid_size=GRID_M)
+            whole = polygons_in(shapely.difference(whole, pillar_area, grid_size=GRID_M))
+        whole = polygons_in(shapely.intersection(whole, extent))
+        parts += [p for p in whole if p.area * cell**2 >= max(smallest_m2, GRID_M)]
+    # to whole millimetres along the grid's axes first: then it does not matter where the grid lies
+    local = shapely.transform(np.array(parts, dtype=object), lambda p: as_points(p) * cell + BIAS_M)
+    apart = np.array(_apart(polygons_in(shapely.set_precision(local, GRID_M))), dtype=object)
+    placed = shapely.transform(apart, lambda p: frame.origin.apply(as_points(p)))
+    return shapely.orient_polygons(MultiPolygon(polygons_in(shapely.set_precision(placed, GRID_M))))
+
+
+def _area(ring: Corners) -> float:
+    """Cells that a ring encloses, negative where it runs clockwise."""
+    x, y = ring.T
+    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) / 2
+
+
+def _parts_of(holes: list[Corners], around: list[Corners]) -> list[int]:
+    """For each hole the index of the part that it is in."""
+    if len(around) == 1:
+        return [0] * len(holes)
+    parts = [Polygon(border) for border in around]
+    # the mask lies on the left of a hole's border
+    along = np.array([np.sign(hole[1] - hole[0]) for hole in holes]).reshape(-1, 2)
+    beside = np.array([hole[0] for hole in holes]).reshape(-1, 2) + 0.5 * (
+        along + np.stack([-along[:, 1], along[:, 0]], 1)
+    )
+    hole, part = shapely.STRtree(parts).query(shapely.points(beside), predicate="within")
+    found = dict.fromkeys(range(len(holes)), 0)
+    for h, p in sorted(zip(hole.tolist(), part.tolist(), strict=True), key=lambda pair: -parts[pair[1]].area):
+        found[h] = p
+    return [found[h] for h in range(len(holes))]
 
 
 def _apart(parts: list[Polygon]) -> list[Polygon]:
@@ -155,83 +183,93 @@ def _apart(parts: list[Polygon]) -> list[Polygon]:
     return [part for part in parts if not part.is_empty]
 
 
-def _ring(contour: Pixels, tolerance: float, hole: bool) -> list[Polygon]:
-    """One border of the floor as valid polygons in continuous cell coordinates, mostly one.
-
-    `contour`: (n, 2), indices of the floor's border cells in order, as findContours gives them.
-    """
+def _straightened(border: Corners, cell: float, params: Params) -> list[Polygon]:
+    """One border of the floor as valid polygons in continuous cell coordinates, mostly one. `cell`: metres."""
+    tolerance = max(params.outline_tolerance_m / cell, 1.1)
     for finer in (tolerance, tolerance / 2, 1.0):
-        corners = cv2.approxPolyDP(contour, finer, True).reshape(-1, 2).astype(np.int32)
-        fitted = _straighten(contour, corners, finer, hole) if len(corners) >= 3 else []
+        fitted = _fitted(border, finer, cell)
         if fitted:
             return fitted
-    rough = Polygon(contour + 0.5) if len(contour) >= 3 else shapely.MultiPoint(contour + 0.5).envelope
-    grown = shapely.buffer(shapely.make_valid(rough), -0.5 if hole else 0.5, join_style="mitre", cap_style="square")
-    return [shapely.simplify(Polygon(p.exterior), 0.5) for p in polygons_in(grown)]
+    return polygons_in(shapely.make_valid(Polygon(border)))
 
 
-def _straighten(contour: Pixels, corners: Pixels, tolerance: float, hole: bool) -> list[Polygon]:
-    """Fits a line to the border cells of each edge, moves it out to the wall's face, and intersects neighbours; nothing where that fails.
+def _fitted(border: Corners, tolerance: float, cell: float) -> list[Polygon]:
+    """Fits a line to the border between corners that matter and intersects neighbours; nothing where that fails.
 
     Straight edges on both sides of a thin wall may cross. What both claim is left to the wall, so that it still holds.
     """
-    order, at = _in_order(contour, corners)
-    if len(at) < 3:
+    closed = np.append(border, border[:1], axis=0)
+    ring = shapely.linestrings(np.column_stack([closed, np.arange(len(closed))]))
+    at = shapely.get_coordinates(shapely.simplify(ring, tolerance, preserve_topology=False), include_z=True)[:, 2]
+    at = at.astype(np.int64)
+    if len(at) < 4:
         return []
-    points = order.astype(np.float64) + 0.5
-    starts = points[at]
+    starts = closed[at[:-1]].astype(np.float64)
     ends = np.roll(starts, -1, axis=0)
-    signed = float(np.sum(starts[:, 0] * ends[:, 1] - ends[:, 0] * starts[:, 1]))
-    centres, directions = _fit_edges(points, at, (starts + ends) / 2, ends - starts)
-    normals = np.stack([directions[:, 1], -directions[:, 0]], 1) * (np.sign(signed) * (-1.0 if hole else 1.0))
-    centres = centres + normals * (0.5 * np.abs(normals).max(1, keepdims=True))
-    polygon = Polygon(_meet(centres, directions, normals, starts, tolerance))
+    centres, directions = _fit_edges(closed, at, (starts + ends) / 2, ends - starts, SHORTEST_FIT_M / cell)
+    step = max(STEP, STEP_M / cell)
+    polygon = Polygon(_meet(centres, directions, starts, tolerance, step))
     parts = [polygon] if polygon.is_valid else polygons_in(shapely.make_valid(polygon))
-    missing = abs(sum(part.area for part in parts) - abs(signed) / 2)
-    return parts if missing <= 0.5 * polygon.length + 0.1 * abs(signed) else []
+    area = abs(_area(border))
+    missing = abs(sum(part.area for part in parts) - area)
+    return parts if missing <= 0.25 * tolerance * polygon.length + 0.2 * area else []
 
 
-def _in_order(contour: Pixels, corners: Pixels) -> tuple[Pixels, npt.NDArray[np.int64]]:
-    """The contour turned so that it begins at the first corner, and where in it each corner stands."""
-    key = contour[:, 0].astype(np.int64) << 32 | contour[:, 1]
-    wanted = corners[:, 0].astype(np.int64) << 32 | corners[:, 1]
-    start = int(np.flatnonzero(key == wanted[0])[0])
-    key, order = np.roll(key, -start), np.roll(contour, -start, axis=0)
-    ranked = np.argsort(key, kind="stable")
-    first, last = (np.searchsorted(key[ranked], wanted, side) for side in ("left", "right"))
-    found = [0]
-    for i in range(1, len(wanted)):
-        later = [k for k in ranked[first[i] : last[i]].tolist() if k > found[-1]]
-        if later:
-            found.append(later[0])
-    return order, np.array(found)
+def _fit_edges(
+    closed: Corners, at: npt.NDArray[np.int64], centres: Points, directions: Points, shortest: float
+) -> tuple[Points, Points]:
+    """Least-squares line of the border between consecutive corners `at`, their surroundings left out; edges shorter than `shortest` cells keep
+    the line through their corners, given by `centres` and `directions`."""
+    middle = closed.mean(0)
+    p, q = closed[:-1] - middle, closed[1:] - middle
+    length = np.abs(q - p).sum(1)
+    walked = np.concatenate([[0.0], np.cumsum(length)])
+    total = np.concatenate([np.zeros((1, 6)), np.cumsum(_moments(p, q, length), axis=0)])
 
+    def until(distance: Numbers) -> Numbers:
+        """Moments of the border from its first corner to so many cells on."""
+        edge = np.searchsorted(walked[1:-1], distance, side="right")
+        beyond = distance - walked[edge]
+        stop = p[edge] + (beyond / length[edge])[:, None] * (q - p)[edge]
+        return np.asarray(total[edge] + _moments(p[edge], stop, beyond))
 
-def _fit_edges(points: Points, at: npt.NDArray[np.int64], centres: Points, directions: Points) -> tuple[Points, Points]:
-    """Least-squares line of the border cells between consecutive corners; too short edges keep the line through their corners."""
-    length = np.diff(np.append(at, len(points)))
-    trim = np.maximum(1, length // 10)
-    begin, end = at + trim, at + length - trim + 1
-    x, y = points.T
-    moments = np.stack([x, y, x * x, x * y, y * y], 1)
-    total = np.concatenate([np.zeros((1, 5)), np.cumsum(np.concatenate([moments, moments[:1]]), axis=0)])
-    fit = length >= SHORTEST_FIT
-    mean = (total[end] - total[begin])[fit] / (end - begin)[fit, None]
-    xx, xy, yy = mean[:, 2] - mean[:, 0] ** 2, mean[:, 3] - mean[:, 0] * mean[:, 1], mean[:, 4] - mean[:, 1] ** 2
-    angle = 0.5 * np.arctan2(2 * xy, xx - yy)
+    begin, end = walked[at[:-1]], walked[at[1:]]
+    fit = end - begin >= shortest
+    margin = MARGIN * (end - begin)[fit]
+    found = until(end[fit] - margin) - until(begin[fit] + margin)
+    x, y, xx, xy, yy = (found[:, 1:] / found[:, :1]).T
+    angle = 0.5 * np.arctan2(2 * (xy - x * y), (xx - x * x) - (yy - y * y))
     axis = np.stack([np.cos(angle), np.sin(angle)], 1)
     axis *= np.where((axis * directions[fit]).sum(1, keepdims=True) >= 0, 1.0, -1.0)
     centres, directions = centres.copy(), directions.copy()
-    centres[fit], directions[fit] = mean[:, :2], axis
+    centres[fit], directions[fit] = np.stack([x, y], 1) + middle, axis
     return centres, directions / np.maximum(np.linalg.norm(directions, axis=1, keepdims=True), 1e-9)
 
 
-def _meet(centres: Points, directions: Points, normals: Points, corners: Points, tolerance: float) -> Points:
+def _moments(p: Points, q: Points, length: Numbers) -> Numbers:
+    """Integrals of 1, x, y, xx, xy and yy along the segments from p to q (n, 2): (n, 6)."""
+    (x, y), (u, v) = p.T, q.T
+    integrals = np.stack(
+        [
+            np.ones_like(length),
+            (x + u) / 2,
+            (y + v) / 2,
+            (x * x + x * u + u * u) / 3,
+            (2 * x * y + x * v + u * y + 2 * u * v) / 6,
+            (y * y + y * v + v * v) / 3,
+        ],
+        1,
+    )
+    return np.asarray(length[:, None] * integrals)
+
+
+def _meet(centres: Points, directions: Points, corners: Points, tolerance: float, step: float) -> Points:
     """Corners of a ring of lines: line i - 1 with line i.
 
     Nearly parallel neighbours that lie apart (the two faces of a wall that ends, or a step) keep the short edge between them.
     """
     before = np.roll(np.arange(len(centres)), 1)
+    normals = np.stack([directions[:, 1], -directions[:, 0]], 1)
     u, v, gap = directions[before], directions, centres - centres[before]
     sine = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     along = (gap[:, 0] * v[:, 1] - gap[:, 1] * v[:, 0]) / np.where(np.abs(sine) > 1e-6, sine, 1.0)
@@ -239,7 +277,7 @@ def _meet(centres: Points, directions: Points, normals: Points, corners: Points,
     a = corners - ((corners - centres[before]) * normals[before]).sum(1, keepdims=True) * normals[before]
     b = corners - ((corners - centres) * normals).sum(1, keepdims=True) * normals
     meets = (np.abs(sine) > 0.35) & (np.linalg.norm(crossing - corners, axis=1) < 2.5 * tolerance)
-    apart = ~meets & (np.linalg.norm(a - b, axis=1) > STEP)
+    apart = ~meets & (np.linalg.norm(a - b, axis=1) > step)
     first = np.where(meets[:, None], crossing, np.where(apart[:, None], a, (a + b) / 2))
     return as_points(np.stack([first, b], 1)[np.stack([np.ones_like(apart), apart], 1)])
 

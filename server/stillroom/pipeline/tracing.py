@@ -1,0 +1,85 @@
+"""The borders of a mask along the edges of its cells: exact, and the same however finely the cells are divided."""
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from stillroom.maps.grid import Mask
+
+Corners = npt.NDArray[np.int64]
+"""Shape (n, 2): column and row of points where four cells meet; cell (c, r) covers [c, c + 1) x [r, r + 1)."""
+QUADRANTS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+"""Sides (to the right, up) to which two borders lead from a corner, for the odd one of the four cells around it."""
+ODD_CELLS = np.zeros(16, np.uint8)
+"""Of the cells around a point, a bit each, those that the border turns around; none where it goes straight on."""
+for _one in range(4):
+    ODD_CELLS[1 << _one] = ODD_CELLS[15 - (1 << _one)] = 1 << _one
+ODD_CELLS[0b0101], ODD_CELLS[0b1010] = 0b0101, 0b1010
+TURNS = np.zeros(256, np.uint8)
+TURNS[:16] = ODD_CELLS > 0
+BITS = np.array([[4, 8], [2, 1]], np.uint8)
+
+
+def trace(mask: Mask) -> list[Corners]:
+    """The border of each 4-connected part of `mask`, and of each hole in one, as the corners at which it turns.
+
+    The mask is on the left: borders of parts run counter-clockwise, those of holes clockwise. Each begins at its corner that is farthest
+    from the middle of them all, so that turned and mirrored masks have turned and mirrored borders.
+    """
+    places, quadrants, horizontal = _corners(mask)
+    if not len(places):
+        return []
+    sideways, upright = (np.array(QUADRANTS)[quadrants, k] for k in (0, 1))
+    beside = _partners(places[:, 1], places[:, 0], sideways)
+    above = _partners(places[:, 0], places[:, 1], upright)
+    return [_from_farthest(places[ring]) for ring in _cycles(np.where(horizontal, beside, above).tolist())]
+
+
+def _corners(mask: Mask) -> tuple[Corners, npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+    """Every corner, the quadrant of its odd cell, and whether the border leaves it horizontally. Where parts touch over a corner there are two."""
+    cells = np.pad(mask, 1).view(np.uint8)
+    # a bit for each of the four cells around each point, in the order of QUADRANTS
+    around = np.asarray(
+        cv2.filter2D(cells, cv2.CV_8U, BITS, anchor=(0, 0), borderType=cv2.BORDER_CONSTANT)[:-1, :-1], np.uint8
+    )
+    points = np.flatnonzero(cv2.LUT(around, TURNS).view(np.bool_))
+    kinds = around.ravel()[points]
+    rows, columns = np.divmod(points, around.shape[1])
+    places, quadrants, alone = [], [], []
+    for quadrant in range(4):
+        found = np.flatnonzero(ODD_CELLS[kinds] >> quadrant & 1)
+        places.append(np.stack([columns[found], rows[found]], 1))
+        quadrants.append(np.full(len(found), quadrant))
+        alone.append(kinds[found] >> quadrant & 1 == 1)
+    quadrant_of = np.concatenate(quadrants)
+    return np.concatenate(places), quadrant_of, (quadrant_of % 2 == 1) ^ np.concatenate(alone)
+
+
+def _partners(
+    line: npt.NDArray[np.int64], at: npt.NDArray[np.int64], towards: npt.NDArray[np.int64]
+) -> npt.NDArray[np.int64]:
+    """For each corner the one at the other end of its border along a `line` of the grid, `at` places on it and leading `towards` -1 or 1."""
+    order = np.lexsort((towards, at, line)).reshape(-1, 2)
+    partner = np.empty(order.size, np.int64)
+    partner[order[:, 0]], partner[order[:, 1]] = order[:, 1], order[:, 0]
+    return partner
+
+
+def _cycles(following: list[int]) -> list[list[int]]:
+    seen = [False] * len(following)
+    rings = []
+    for start in range(len(following)):
+        if seen[start]:
+            continue
+        ring, k = [], start
+        while not seen[k]:
+            seen[k] = True
+            ring.append(k)
+            k = following[k]
+        rings.append(ring)
+    return rings
+
+
+def _from_farthest(ring: Corners) -> Corners:
+    from_middle = len(ring) * ring - ring.sum(0)
+    return np.roll(ring, -int((from_middle**2).sum(1).argmax()), axis=0)
