@@ -221,24 +221,24 @@ def _unplaced(previous: SemanticMap, candidate: SemanticMap, named: Naming) -> l
 
 
 def _contradicted(best: Attempt, params: Params, named: Naming) -> list[Conflict]:
-    """Corrections that mission after mission contradicts: a way that is really there, or a wall that is."""
+    """Corrections that mission after mission contradicts: a way that is really there. One question for all between the same rooms."""
     candidate, grid = best.transfer.candidate, best.transfer.grid
+    often = [d for d in candidate.meta.dividers if d.contradicted >= params.contradicted_missions]
     conflicts = []
-    for line in candidate.meta.dividers:
-        if line.contradicted >= params.contradicted_missions:
-            divider = Divider(line.id, line.line, made_by="user", rooms=line.rooms)
-            rest = tuple(d for d in candidate.meta.dividers if d is not line)
-            accepted = replace(
-                candidate, dividers=(*candidate.dividers, divider), meta=replace(candidate.meta, dividers=rest)
-            )
-            proposals = () if violations(accepted, grid, params.wall_reach_m) else _one("meta_dividers", accepted)
-            conflicts.append(_question(line.id, line.rooms, line.since, proposals, best, named))
+    for rooms in sorted({d.rooms for d in often}):
+        between = tuple(d for d in candidate.meta.dividers if d.rooms == rooms)
+        accepted = replace(
+            candidate,
+            dividers=(*candidate.dividers, *(Divider(d.id, d.line, made_by="user", rooms=rooms) for d in between)),
+            meta=replace(candidate.meta, dividers=tuple(d for d in candidate.meta.dividers if d not in between)),
+        )
+        proposals = () if violations(accepted, grid, params.wall_reach_m) else _one("meta_dividers", accepted)
+        conflicts.append(_question([d.id for d in between], rooms, between[0].since, proposals, best, named))
     for section in candidate.meta.occupancy:
         if section.contradicted >= params.contradicted_missions:
-            rooms = [r.id for r in candidate.rooms if r.polygon.distance(section.polygon) < 2 * grid.frame.resolution]
-            conflicts.append(
-                _question(section.id, rooms, section.since, _one("meta_occupancy", candidate), best, named)
-            )
+            beside = [r.id for r in candidate.rooms if r.polygon.distance(section.polygon) < 2 * grid.frame.resolution]
+            proposals = _one("meta_occupancy", candidate)
+            conflicts.append(_question([section.id], beside, section.since, proposals, best, named))
     return conflicts
 
 
@@ -247,11 +247,16 @@ def _one(action: Action, m: SemanticMap) -> tuple[Proposal, ...]:
 
 
 def _question(
-    correction: str, rooms: Sequence[str], since: str, proposals: tuple[Proposal, ...], best: Attempt, named: Naming
+    corrections: Sequence[str],
+    rooms: Sequence[str],
+    since: str,
+    proposals: tuple[Proposal, ...],
+    best: Attempt,
+    named: Naming,
 ) -> Conflict:
     between = named.rooms(rooms, best.transfer.candidate)
     summary = f"Since mission {since} the robot finds an open way where the map keeps {between} apart."
-    id_ = named.id_of("connectivity", [correction])
+    id_ = named.id_of("connectivity", corrections)
     return Conflict(id_, "connectivity", "new_passage", _scores(rooms, best), (), (), summary, False, proposals)
 
 

@@ -346,7 +346,8 @@ def _named(
 
 def _is_contradicted(correction: MetaOccupancy | MetaDivider, grid: OccupancyGrid) -> bool:
     """Whether the robot sensed the opposite on most of it."""
-    around = shapely.buffer(correction.shape, grid.frame.resolution, cap_style="flat")
-    cells = cells_in(polygons_in(around), grid.frame)
+    is_line = isinstance(correction, MetaDivider)
+    place = shapely.buffer(correction.shape, grid.frame.resolution, cap_style="flat") if is_line else correction.shape
+    cells = cells_in(polygons_in(place), grid.frame)
     opposite = grid.occupied if isinstance(correction, MetaOccupancy) and correction.cell == "free" else grid.free
     return bool((cells & opposite).sum() > CONTRADICTED * max(int(cells.sum()), 1))
