@@ -21,11 +21,12 @@ def with_meta_divider(semantic_map: SemanticMap) -> SemanticMap:
     return replace(semantic_map, meta=meta, ids=ids)
 
 
-def test_a_mission_that_is_not_taken_opens_its_conflict(mapped: RobotCaller, core: Core) -> None:
+def test_a_mission_that_is_not_taken_opens_its_conflict(service: Service, mapped: RobotCaller, core: Core) -> None:
     before = mapped.get(mapped.path()).content
     core.planned["1"] = rejected("c1")
     mission = send(mapped, "1")
     assert (mission["outcome"], mission["version"], mission["conflicts"]) == ("needs_review", 1, ["c1"])
+    assert told(service)[-2]["outcome"] == "needs_review"
     assert mapped.get(mapped.path()).content == before
     found = shown(mapped, "c1")
     assert (found["kind"], found["cause"], found["state"]) == ("room_recall", "wall_gap", "open")

@@ -373,6 +373,20 @@ def test_of_two_people_who_answer_at_once_one_is_told_about_the_other(service: S
     )
 
 
+def test_answers_to_two_questions_at_once_are_both_kept(service: Service, mapped: RobotCaller, core: Core) -> None:
+    core.planned["1"] = rejected("c1")
+    core.planned["2"] = rejected("c2", rooms=("r2",), scores=(score("r1", 0.9, visited=False), score("r2")))
+    send(mapped, "1")
+    send(mapped, "2")
+    with ThreadPoolExecutor(2) as pool:
+        answers = list(
+            pool.map(lambda key: expect(decide(service, mapped, key, "accept", proposal="p2")), ("c1", "c2"))
+        )
+    assert {answer["version"] for answer in answers} == {2, 3}
+    assert causes(mapped) == ["decision", "decision", "created"]
+    assert all(room.anchor == room.polygon for room in stored(service, 3).rooms)
+
+
 def test_a_conflict_that_became_pointless_takes_no_decision(service: Service, asked: RobotCaller) -> None:
     send(asked, "2")
     answer = decide(service, asked, "c1", "accept")

@@ -4,12 +4,13 @@ Nothing is held while it is worked out what a decision comes to. It is committed
 same; else it is worked out anew from what they are by then.
 """
 
+from contextlib import suppress
 from datetime import UTC, datetime
 
 from stillroom.documents import api
 from stillroom.documents.conflicts import ConflictDocument, DecisionRequest
 from stillroom.documents.stored import decode_map
-from stillroom.errors import AlreadyDecided, Fault, InvalidInput, NotFound, StillroomError
+from stillroom.errors import AlreadyDecided, Fault, InvalidInput, NotFound, ProposalOutdated, StillroomError
 from stillroom.service import sightings
 from stillroom.service.accounts import Principal, signature
 from stillroom.service.conflicts import conflict_by_key, documents
@@ -24,7 +25,7 @@ from stillroom.store.rows import ConflictRow, ProposalRow, VersionRow
 
 STATES = {"accept": "accepted", "reject": "rejected", "temporary": "rejected", "annotate": "annotated"}
 AT_ONCE = 100
-"""So many questions of a map are answered by one call, and so many deadlines looked at in one go."""
+"""So many questions are answered by one call, and so many deadlines looked at in one go."""
 
 
 def decide(
@@ -83,19 +84,18 @@ def decide_all(
         )
     with means.database.read() as tx:
         of = find_map(tx, robot_id, map_name)
-        rows = conflicts.page(tx, conflicts.is_of_map(of.id), "open", None, AT_ONCE + 1)
-    for row in rows[:AT_ONCE]:
-        try:
+        rows = conflicts.page(tx, conflicts.is_of_map(of.id), "open", None, AT_ONCE)
+    for row in rows:
+        # another's answer, or this one to another question, may have ended it; or it takes more than this
+        with suppress(AlreadyDecided, InvalidInput, ProposalOutdated):
             decide(means, caller, robot_id, map_name, row.key, request)
-        except (AlreadyDecided, InvalidInput):
-            continue  # another's answer ended it, or it takes more than this one
     with means.database.read() as tx:
-        after = [conflicts.get(tx, row.id) for row in rows[:AT_ONCE]]
+        after = [conflicts.get(tx, row.id) for row in rows]
         return api.Page(items=documents(tx, after), next=None)
 
 
 def expire(database: Database) -> int:
-    """Gives the default answer to all questions whose time is over, once; how many."""
+    """Gives the default answer to questions whose time is over, once each; how many, at most `AT_ONCE`."""
     with database.read() as tx:
         rows = conflicts.due(tx, clock.now(tx), AT_ONCE)
     count = 0

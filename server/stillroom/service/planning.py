@@ -53,8 +53,8 @@ class Asked:
 
     @property
     def was_taken(self) -> bool:
-        """Whether the mission's map came into force when it was processed."""
-        return self.mission.version != self.conflict.base_version
+        """Whether it is about the map in force: the mission's map was taken, with what the meta layer settled or without."""
+        return self.conflict.resolved or self.mission.version != self.conflict.base_version
 
     @cached_property
     def current(self) -> SemanticMap:

@@ -23,7 +23,7 @@ import structlog
 
 from stillroom import logs
 from stillroom.pipeline.update import ResolverName
-from stillroom.service.decisions import expire
+from stillroom.service.decisions import AT_ONCE, expire
 from stillroom.service.processing import process_next
 from stillroom.store import lanes
 from stillroom.store.database import Database
@@ -56,15 +56,23 @@ def run_worker(
     while not _ended(alive):
         pause = IDLE_S
         try:
-            if monotonic() - swept >= SWEEP_S:
+            if monotonic() - swept >= SWEEP_S and not _sweep(database):
                 swept = monotonic()
-                expire(database)
             if process_next(database, grids, resolvers) is not None:
                 continue
             pause = _until_next(database)
         except Exception:
-            log.exception("a worker could not do what was due; it is tried again")
+            log.exception("a mission could not be processed; it is tried again when its lease has ended")
         _wait(work, alive, pause)
+
+
+def _sweep(database: Database) -> bool:
+    """Whether there may be more to sweep at once."""
+    try:
+        return expire(database) == AT_ONCE
+    except Exception:
+        log.exception("deadlines could not be looked at; missions go on")
+        return False
 
 
 def _until_next(database: Database) -> float:
