@@ -12,6 +12,7 @@ from stillroom.maps.grid import Cell, OccupancyGrid
 from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
 from stillroom.maps.mission import Mission
 from stillroom.maps.motion import IDENTITY
+from stillroom.pipeline.corrections import name_corrections
 from stillroom.pipeline.obstacles import Gap
 from stillroom.pipeline.params import PARAMS
 from stillroom.pipeline.resolution import (
@@ -20,7 +21,6 @@ from stillroom.pipeline.resolution import (
     free_differences,
     meta_walls,
     minimise,
-    name_corrections,
     needed,
     parting,
     resolve_conflicts,

@@ -5,7 +5,7 @@ Each step is followed by a fresh transfer. The robot's grid is never altered: co
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeVar
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -16,8 +16,7 @@ from shapely import LineString, Polygon
 from stillroom.maps.geometry import GRID_M, as_line, as_points, polygons_in
 from stillroom.maps.grid import GridFrame, OccupancyGrid
 from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
-from stillroom.maps.mission import Mission
-from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
+from stillroom.maps.semantics import Room
 from stillroom.pipeline.cells import cells_in
 from stillroom.pipeline.obstacles import Gap, band, filled, find_gaps
 from stillroom.pipeline.params import Params
@@ -27,18 +26,10 @@ from stillroom.pipeline.walls import clutter_features
 
 ResolverName = Literal["meta_occupancy", "meta_dividers"]
 
-Correction = TypeVar("Correction", MetaOccupancy, MetaDivider)
-
 ADJOINS_M = 0.30
 """A correction this near to a room adjoins it."""
-SIDE_M = 0.15
-"""Where to look for what lies beside a correction."""
-ALONG = 0.7
 CUT_OFF_M2 = 0.25
 """Counted without a rim of the classification distance."""
-SAME_PLACE = 0.5
-"""A correction stood there before where one covers this share of it."""
-CONTRADICTED = 0.5
 LEAP_M = 0.15
 """A boundary that leaps by more than this from one obstacle to another has a way between them."""
 STRAIGHT_M = 0.02
@@ -291,63 +282,3 @@ def _parts(polygon: Polygon, rooms: npt.NDArray[np.int32], attempt: Attempt) -> 
         if len(np.setdiff1d(rooms[window][beside], [0])) > 1:
             return True
     return False
-
-
-def restore_dividers(transfer: Transfer) -> Transfer:
-    """Dividers that found no wall to end on, but along which a meta-divider runs now: that is where they are."""
-    candidate, lost = transfer.candidate, list(transfer.lost_dividers)
-    left = list(candidate.meta.dividers)
-    restored: list[Divider] = []
-    for divider in [d for d in transfer.tracked.dividers if d.id in lost]:
-        around = shapely.buffer(LineString(divider.line), ADJOINS_M)
-        along = [d for d in left if shapely.length(shapely.intersection(d.shape, around)) > ALONG * d.shape.length]
-        longest = max(along, key=lambda d: d.shape.length, default=None)
-        if longest is not None and longest.shape.length > ALONG * LineString(divider.line).length:
-            left.remove(longest)
-            lost.remove(divider.id)
-            restored.append(replace(divider, line=longest.line, rooms=longest.rooms))
-    meta = replace(candidate.meta, dividers=tuple(left))
-    candidate = replace(candidate, dividers=(*candidate.dividers, *restored), meta=meta)
-    return replace(transfer, candidate=candidate, lost_dividers=tuple(lost))
-
-
-def name_corrections(candidate: SemanticMap, before: MapMeta, mission: Mission) -> SemanticMap:
-    """The candidate with ids for its corrections: one that stood in its place before keeps its id, and since when it stands.
-
-    `before` is the previous meta layer, tracked.
-    """
-    occupancy, ids = _named(candidate.meta.occupancy, before.occupancy, "o", mission, candidate.ids)
-    dividers, ids = _named(candidate.meta.dividers, before.dividers, "m", mission, ids)
-    meta = replace(candidate.meta, occupancy=occupancy, dividers=dividers)
-    return replace(candidate, meta=meta, ids=ids)
-
-
-def _named(
-    found: Sequence[Correction], before: Sequence[Correction], kind: str, mission: Mission, ids: Ids
-) -> tuple[tuple[Correction, ...], Ids]:
-    fresh, ids = ids.take(kind, len(found))
-    left = list(before)
-    named = []
-    for correction, new_id in zip(found, fresh, strict=True):
-        around = shapely.buffer(correction.shape, SIDE_M)
-        shares = [shapely.intersection(around, shapely.buffer(old.shape, SIDE_M)).area / around.area for old in left]
-        best = int(np.argmax(shares)) if shares and max(shares) > SAME_PLACE else None
-        old = correction if best is None else left.pop(best)
-        named.append(
-            replace(
-                correction,
-                id=old.id or new_id,
-                since=old.since or mission.id,
-                contradicted=old.contradicted + _is_contradicted(correction, mission.grid),
-            )
-        )
-    return tuple(named), ids
-
-
-def _is_contradicted(correction: MetaOccupancy | MetaDivider, grid: OccupancyGrid) -> bool:
-    """Whether the robot sensed the opposite on most of it."""
-    is_line = isinstance(correction, MetaDivider)
-    place = shapely.buffer(correction.shape, grid.frame.resolution, cap_style="flat") if is_line else correction.shape
-    cells = cells_in(polygons_in(place), grid.frame)
-    opposite = grid.occupied if isinstance(correction, MetaOccupancy) and correction.cell == "free" else grid.free
-    return bool((cells & opposite).sum() > CONTRADICTED * max(int(cells.sum()), 1))

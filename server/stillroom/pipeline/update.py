@@ -17,12 +17,13 @@ from stillroom.maps.semantics import Divider, Ids, SemanticMap
 from stillroom.pipeline.adoption import RobotSemantics, adopt_map
 from stillroom.pipeline.alignment import align
 from stillroom.pipeline.conflicts import Conflict, Proposal, detect_conflicts, loss, wrong_map
+from stillroom.pipeline.corrections import name_corrections, restore_dividers
 from stillroom.pipeline.declined import carry_declined, permitted
 from stillroom.pipeline.discovery import Discovery, discover
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.plausibility import Plausibility, plausibility
 from stillroom.pipeline.registration import Registration, register
-from stillroom.pipeline.resolution import Attempt, name_corrections, resolve_conflicts, restore_dividers, settle
+from stillroom.pipeline.resolution import Attempt, resolve_conflicts, settle
 from stillroom.pipeline.resolution import ResolverName as ResolverName
 from stillroom.pipeline.restrictions import carry_restrictions
 from stillroom.pipeline.scores import RoomScore, score_rooms
