@@ -6,7 +6,7 @@ NPM := $(if $(shell npm --version 2>/dev/null | grep -E '^([1-9]|10)[.]'),npx --
 WEB_SOURCES := $(shell git ls-files web 2>/dev/null || find web -type f -not -path '*/node_modules/*')
 PORT ?= 8000
 
-.PHONY: help setup run test check bench bench-registration bench-segmentation bench-updates client browser
+.PHONY: help setup run test check bench bench-registration bench-browser bench-segmentation bench-updates client browser
 
 help:  ## what can be made
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -29,6 +29,9 @@ test: check browser  ## everything that must hold
 
 bench: setup  ## times of the pipeline's stages, of an upload over HTTP, and uploads a second
 	$(BIN)/stillroom bench
+
+bench-browser: setup browser  ## the first paint of a home, and frames while a divider is drawn
+	$(BIN)/python -m tests.e2e.bench_browser
 
 bench-segmentation: setup  ## rooms found on the real maps of ../shared/data: how right, and how fast
 	$(BIN)/python -m tests.real.bench_segmentation

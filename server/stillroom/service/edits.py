@@ -18,12 +18,14 @@ from stillroom.pipeline.edits.rebase import rebase
 from stillroom.pipeline.edits.undo import undo
 from stillroom.service.accounts import Principal, signature
 from stillroom.service.maps import as_document, document_fields, find_in_force, find_version
-from stillroom.service.steps import BY_PEOPLE, since
+from stillroom.service.steps import since
 from stillroom.service.versions import ids_of, new_version
 from stillroom.store import clock, events, lanes, maps
 from stillroom.store.database import Database, Transaction
 from stillroom.store.rows import MapRow, VersionHead, VersionRow
 
+UNDOABLE = ("edit", "restore")
+"""Causes of versions that are taken back this way. A decision is another matter: its conflict knows of it."""
 ATTEMPTS = 5
 """How often a change is made anew because the map changed meanwhile."""
 
@@ -70,8 +72,8 @@ def undo_version(database: Database, caller: Principal, robot_id: str, map_name:
             before = None if edited is None or edited.parent is None else maps.version_at(tx, of.id, edited.parent)
             if edited is None:
                 raise NotFound(f"The map {map_name} of {robot_id} has no version {number}.")
-            if before is None or edited.cause not in BY_PEOPLE:
-                raise ChangedSince(f"Version {number} was not made by a person; restore an older one instead.")
+            if before is None or edited.cause not in UNDOABLE:
+                raise ChangedSince(f"Version {number} is no edit; restore an older one instead.")
             result = _taken_back(tx, of, before, edited, current)
         in_force = edited.number == current.number
         under = before if in_force else current

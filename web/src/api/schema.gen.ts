@@ -2093,7 +2093,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "wall" | "open";
+            kind: "wall" | "open" | "unseen";
             /**
              * Semantic
              * @default wall

@@ -12,7 +12,8 @@ import { useHistory } from "../pages/useHistory";
 import { texts } from "../texts";
 import type { HomeMap } from "../viewer/HomeMap";
 import { MapCanvas, type Selection as RoomSelection } from "../viewer/MapCanvas";
-import type { EditLayerEvents, Part } from "./EditLayer";
+import { DrawingState } from "./DrawingState";
+import type { EditLayerEvents } from "./EditLayer";
 import classes from "./Editor.module.css";
 import { EditPanel } from "./EditPanel";
 import { openKeeper } from "./keeping";
@@ -78,8 +79,7 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
   const view = useMemo(() => viewMap(document), [document]);
   const [tool, setTool] = useState<Tool>("select");
   const [selection, select] = useState<Selection>(null);
-  const [parts, setParts] = useState<readonly Part[]>([]);
-  const [first, setFirst] = useState<Position | null>(null);
+  const [drawing] = useState(() => new DrawingState());
   const [homeMap, setHomeMap] = useState<HomeMap | null>(null);
   const [sheet, setSheet] = useState(false);
   const history = useHistory(robot, map);
@@ -138,7 +138,13 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
     void session.attempt(action).then((ok) => ok && select(null));
   };
 
-  const events: EditLayerEvents = { onPick: select, onDraw: draw, onMove: move, onParts: setParts, onFirst: setFirst };
+  const events: EditLayerEvents = {
+    onPick: select,
+    onDraw: draw,
+    onMove: move,
+    onParts: (parts) => drawing.set({ parts }),
+    onFirst: (first) => drawing.set({ first }),
+  };
   const cancel = useEditLayer(homeMap, { document, tool, selection }, events);
 
   useShortcuts({
@@ -154,8 +160,6 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
   });
 
   const dirty = isDirty(state.draft);
-  const said = parts.map(({ room, areas }) => editorTexts.toBe(room, areas)).join(". ");
-  const hint = said || (first ? editorTexts.second : editorTexts.hint[tool]);
   const room: RoomSelection = selection?.sort === "room" ? { room: selection.id, centre: false } : NO_ROOM;
 
   return (
@@ -170,9 +174,7 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
           onSelect={() => undefined}
           onMap={setHomeMap}
         >
-          <p className={classes.hint} aria-live="polite">
-            {hint}
-          </p>
+          <Hint drawing={drawing} tool={tool} />
           <Toolbar tool={tool} onTool={setTool} draft={state.draft} session={session} />
         </MapCanvas>
       </div>
@@ -209,5 +211,15 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
       </aside>
       {sheet && <ShortcutSheet onClose={() => setSheet(false)} />}
     </div>
+  );
+}
+
+function Hint({ drawing, tool }: { readonly drawing: DrawingState; readonly tool: Tool }) {
+  const { parts, first } = useSyncExternalStore(drawing.subscribe, drawing.get);
+  const said = parts.map(({ room, areas }) => editorTexts.toBe(room, areas)).join(". ");
+  return (
+    <p className={classes.hint} aria-live="polite">
+      {said || (first ? editorTexts.second : editorTexts.hint[tool])}
+    </p>
   );
 }

@@ -10,29 +10,41 @@ export interface GridPicture {
 
 /** Draws the occupancy picture where its frame says, the yaw of its origin included, which OpenLayers' own image sources can't. */
 export class GridLayer extends Layer {
+  /** Around the canvas, or else the layers above would draw on it, too. */
+  private readonly frame = document.createElement("div");
   private readonly canvas = document.createElement("canvas");
   private picture: GridPicture | null = null;
+  /** What is on the canvas: it is drawn again only when that would be something else, not for each frame of the layers above. */
+  private drawn = "";
+  private pictures = 0;
 
   constructor() {
     super({});
-    this.canvas.style.position = "absolute";
-    this.canvas.style.inset = "0";
-    this.canvas.style.width = "100%";
-    this.canvas.style.height = "100%";
+    for (const { style } of [this.frame, this.canvas]) {
+      style.position = "absolute";
+      style.inset = "0";
+      style.width = "100%";
+      style.height = "100%";
+    }
+    this.frame.append(this.canvas);
   }
 
   show(picture: GridPicture | null): void {
     this.picture = picture;
+    this.pictures++;
     this.changed();
   }
 
   override render(frameState: FrameState | null): HTMLElement {
     const context = this.canvas.getContext("2d");
-    if (!frameState || !context) return this.canvas;
+    if (!frameState || !context) return this.frame;
     const { pixelRatio, size, viewState } = frameState;
+    const wanted = [this.pictures, pixelRatio, ...size, viewState.resolution, ...viewState.center].join();
+    if (wanted === this.drawn) return this.frame;
+    this.drawn = wanted;
     this.canvas.width = Math.round((size[0] ?? 0) * pixelRatio);
     this.canvas.height = Math.round((size[1] ?? 0) * pixelRatio);
-    if (!this.picture) return this.canvas;
+    if (!this.picture) return this.frame;
     const { image, frame } = this.picture;
     const scale = pixelRatio / viewState.resolution;
     const [x = 0, y = 0] = viewState.center;
@@ -49,7 +61,7 @@ export class GridLayer extends Layer {
     context.imageSmoothingQuality = "high";
     context.setTransform(...compose(toScreen, pixelsToMap(frame)));
     context.drawImage(image, 0, 0, frame.width, frame.height);
-    context.resetTransform(); // layers above draw on the same canvas
-    return this.canvas;
+    context.resetTransform();
+    return this.frame;
   }
 }
