@@ -47,6 +47,13 @@ class Params:
     pocket_area_m2: float = 0.7
     """Spaces that no divider reaches and that are smaller than this are no rooms."""
 
+    hallway_width_m: float = 2.5
+    """A hallway is no wider than this,"""
+    hallway_stretch: float = 3.0
+    """covers so many squares of its width,"""
+    hallway_doors: int = 3
+    """and has so many dividers."""
+
     # -- transfer (Algorithm 1) --
     wall_classification_m: float = 0.25
     """Obstacles this near to a tracked room boundary are wall (step 2): three times the error that alignment leaves."""
@@ -114,6 +121,8 @@ class Params:
     """Where less is, a grid with less of its floor in known rooms than this shows another floor."""
     plausible_agreement: float = 0.5
     """A grid whose walls agree less than this with the previous map's shows another floor; with all furniture moved it is 0.6 and more."""
+    plausible_sure: float = 0.65
+    """A grid whose walls agree less than this is doubtful: six tenths of the copy that follows are enough then."""
     plausible_twice: float = 0.175
     """A grid that has so much of the walls twice is wrecked; chance gives less."""
 

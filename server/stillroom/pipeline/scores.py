@@ -36,7 +36,7 @@ def score_rooms(
 ) -> tuple[RoomScore, ...]:
     """One score for each previous room; `tracked` holds them where tracking and alignment put them in the candidate's frame.
 
-    Exactly `params.room_overlap` fails. A room that this mission did not visit passes, if it is there.
+    Exactly `params.room_overlap` fails. A room that this mission did not visit has to keep its shape as well.
     """
     there = {room.id: i for i, room in enumerate(candidate.rooms)}
     common = overlaps([room.polygon for room in tracked.rooms], [room.polygon for room in candidate.rooms])
@@ -49,7 +49,7 @@ def score_rooms(
             precision = overlap / (candidate.rooms[j].polygon.area - explored_m2(room, candidate.rooms[j], tracked))
         recall = overlap / room.polygon.area
         seen = room.id in visited
-        passed = (j is not None and not seen) or (precision > params.room_overlap and recall > params.room_overlap)
+        passed = precision > params.room_overlap and recall > params.room_overlap
         scores.append(RoomScore(room.id, room.name, precision, recall, passed, seen))
     return tuple(scores)
 

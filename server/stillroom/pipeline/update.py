@@ -177,11 +177,14 @@ def _opened(
 
 
 def _ablation(first: Attempt, attempts: Mapping[ResolverName, Attempt]) -> Ablation:
-    transfer = not first.failed
-    occupancy = transfer or ("meta_occupancy" in attempts and not attempts["meta_occupancy"].failed)
-    return Ablation(
-        transfer, occupancy, occupancy or ("meta_dividers" in attempts and not attempts["meta_dividers"].failed)
-    )
+    """By the rooms that the mission visited; the others do not count."""
+
+    def carried(attempt: Attempt | None) -> bool:
+        return attempt is not None and all(score.passed for score in attempt.scores if score.visited)
+
+    transfer = carried(first)
+    occupancy = transfer or carried(attempts.get("meta_occupancy"))
+    return Ablation(transfer, occupancy, occupancy or carried(attempts.get("meta_dividers")))
 
 
 def _corners(tracked: SemanticMap) -> Points:
