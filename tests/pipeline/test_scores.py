@@ -66,11 +66,13 @@ def test_a_room_is_compared_with_the_room_of_its_own_id_only() -> None:
     assert [(s.id, s.recall, s.passed) for s in found] == [("r1", 0.0, False), ("r2", 0.0, False)]
 
 
-def test_a_room_that_was_not_visited_passes_and_says_so() -> None:
+def test_a_room_that_was_not_visited_says_so_and_has_to_keep_its_shape() -> None:
     previous = room_map(r1=rectangle(0, 0, 4, 2), r2=rectangle(4, 0, 8, 2))
+    kept, _ = score_rooms(previous, previous, {"r2"}, PARAMS)
+    assert (kept.visited, kept.passed) == (False, True)
     candidate = room_map(r1=rectangle(0, 0, 1, 2), r2=rectangle(4, 0, 8, 2))
     unseen, seen = score_rooms(previous, candidate, {"r2"}, PARAMS)
-    assert (unseen.visited, unseen.passed) == (False, True)
+    assert (unseen.visited, unseen.passed) == (False, False)
     assert (seen.visited, seen.passed) == (True, True)
 
 
