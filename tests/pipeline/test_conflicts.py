@@ -208,11 +208,13 @@ def test_a_zone_that_finds_no_place_is_told_once() -> None:
     assert detect_conflicts(before, made, best, "2", True, PARAMS) == ()
 
 
-def test_what_is_wrong_with_a_map_that_was_not_taken_besides_its_rooms_is_not_told() -> None:
+def test_a_map_that_breaks_a_rule_although_all_rooms_are_there_is_one_conflict() -> None:
     made = attempt()
     changed = tuple(replace(score, recall=0.55) for score in made.scores)
     best = replace(made, scores=changed)
-    assert detect_conflicts(BASE, best, best, "1", False, PARAMS) == ()
+    (conflict,) = detect_conflicts(BASE, best, best, "1", False, PARAMS)
+    assert (conflict.kind, conflict.resolved, conflict.rooms) == ("shape", False, ())
+    assert conflict.proposals[0].action == "keep_previous"
 
 
 def test_a_map_of_another_place_is_one_conflict_without_rooms() -> None:

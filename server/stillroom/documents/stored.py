@@ -30,11 +30,12 @@ def _with_kinds_and_phantoms(document: Json) -> Json:
     return document | {"rooms": [room | {"kind": None} for room in document["rooms"]], "phantoms": []}
 
 
-def _with_declined(document: Json) -> Json:
-    return document | {"declined": []}
+def _with_declined_and_counts(document: Json) -> Json:
+    counted = {kind: [{"contradicted": 0} | c for c in document[kind]] for kind in ("meta_occupancy", "meta_dividers")}
+    return document | counted | {"declined": []}
 
 
-UPGRADES: tuple[Callable[[Json], Json], ...] = (_with_anchors, _with_kinds_and_phantoms, _with_declined)
+UPGRADES: tuple[Callable[[Json], Json], ...] = (_with_anchors, _with_kinds_and_phantoms, _with_declined_and_counts)
 """UPGRADES[n - 1] makes a document of format n one of format n + 1."""
 
 
@@ -75,10 +76,18 @@ def encode_map(semantic_map: SemanticMap) -> Json:
             {"id": r.id, "kind": r.kind, "shape": _line(r.shape), "placed": r.placed} for r in m.restrictions
         ],
         "meta_occupancy": [
-            {"id": o.id, "polygon": rings(o.polygon), "cell": o.cell, "since": o.since} for o in m.meta.occupancy
+            {"id": o.id, "polygon": rings(o.polygon), "cell": o.cell, "since": o.since, "contradicted": o.contradicted}
+            for o in m.meta.occupancy
         ],
         "meta_dividers": [
-            {"id": d.id, "line": _line(d.line), "rooms": list(d.rooms), "since": d.since} for d in m.meta.dividers
+            {
+                "id": d.id,
+                "line": _line(d.line),
+                "rooms": list(d.rooms),
+                "since": d.since,
+                "contradicted": d.contradicted,
+            }
+            for d in m.meta.dividers
         ],
         "declined": [{"shape": _shape(d.shape), "until": d.until} for d in m.meta.declined],
         "phantoms": [{"id": p.id, "shape": _line(p.shape)} for p in m.phantoms],
@@ -102,7 +111,10 @@ def decode_map(document: Json, ids: Ids = Ids()) -> SemanticMap:
         ),
         meta=MapMeta(
             tuple(MetaOccupancy(**o | {"polygon": _polygon(o["polygon"])}) for o in d["meta_occupancy"]),
-            tuple(MetaDivider(v["id"], _segment(v["line"]), tuple(v["rooms"]), v["since"]) for v in d["meta_dividers"]),
+            tuple(
+                MetaDivider(v["id"], _segment(v["line"]), tuple(v["rooms"]), v["since"], v["contradicted"])
+                for v in d["meta_dividers"]
+            ),
             tuple(Declined(_geometry(v["shape"]), v["until"]) for v in d["declined"]),
         ),
         phantoms=tuple(Phantom(p["id"], _points(p["shape"])) for p in d["phantoms"]),

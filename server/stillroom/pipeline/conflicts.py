@@ -63,6 +63,8 @@ def detect_conflicts(
     candidate = best.transfer.candidate
     named = Naming(previous, mission_id)
     found = _lost_rooms(previous, first, best, taken, params, named)
+    if not taken and not best.failed:
+        found.append(_broken(previous, first, best, params, named))
     if taken:
         found += _lost_dividers(best, named)
         found += _shapes(best, params, named)
@@ -110,6 +112,13 @@ def _lost_rooms(
             Conflict(named.id_of(kind, ids), kind, cause, tuple(group), dividers, (), summary, resolved, proposals)
         )
     return conflicts
+
+
+def _broken(previous: SemanticMap, first: Attempt, best: Attempt, params: Params, named: Naming) -> Conflict:
+    """All rooms are there, but the map would break a rule."""
+    summary = "The rooms were found again, but the new map does not hold together. The previous one was kept."
+    proposals = _proposals(previous, first, best, False, params)
+    return Conflict(named.id_of("shape", []), "shape", "unknown", (), (), (), summary, False, proposals)
 
 
 def loss(room: RoomScore) -> str:
