@@ -34,7 +34,6 @@ COPY_M = 0.10
 FEWEST_WALLS = 3
 WALL_TURN_DEG, WALL_APART_M, WALL_M = 30.0, 0.5, 0.8
 """What counts as one wall: nearly the same direction and place, and so long."""
-DOUBTFUL = 0.6
 COPY_TURNS_DEG = np.arange(-15.0, 15.1, 2.5)
 COPY_SHIFT_M = 3.0
 """The copy's shift at the home's middle, at the most: it turns about a place in the home,"""
@@ -73,9 +72,7 @@ class Plausibility:
     def wrecked(self, params: Params) -> bool:
         """The floor is the right one, but a part of its walls is there twice."""
         enough = self.in_sight_m >= params.plausible_length_m
-        # where much else is wrong too, less of a copy is enough
-        least = params.plausible_twice * (DOUBTFUL if self.agreement < params.plausible_sure else 1.0)
-        return enough and self.walls_twice >= least and not self.other_floor(params)
+        return enough and self.walls_twice >= params.plausible_twice and not self.other_floor(params)
 
 
 def plausibility(tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> Plausibility:
