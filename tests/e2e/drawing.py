@@ -2,13 +2,11 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.looking import Colour, eventually, map_of, painted
+from tests.e2e.looking import FIRST, SECOND, eventually, map_of, painted
 
-# The first two colours of the light palette (web/src/map/colours.ts) as they lie over the floor.
-KITCHEN: Colour = (212, 224, 184)
-BEDROOM: Colour = (228, 179, 138)
 Place = tuple[float, float]
 WEST, EAST, SOUTH, NORTH = 0.0, 8.0, -1.0, 3.0
 """Of both rooms together, in metres: see tests.homes.home."""
@@ -50,12 +48,11 @@ class Pen:
 
 def pen(page: Page) -> Pen:
     """Once the home is drawn whole and untouched."""
-    eventually(page, lambda: len(painted(page, KITCHEN)) > 1000 and len(painted(page, BEDROOM)) > 1000)
+    eventually(page, lambda: len(painted(page, FIRST)) > 1000 and len(painted(page, SECOND)) > 1000)
     box = map_of(page).bounding_box()
     assert box is not None
-    kitchen, bedroom = painted(page, KITCHEN), painted(page, BEDROOM)
-    left, right = float(kitchen[:, 0].min()), float(bedroom[:, 0].max())
-    top = float(min(kitchen[:, 1].min(), bedroom[:, 1].min()))
+    home = np.concatenate([painted(page, FIRST), painted(page, SECOND)])
+    left, right, top = float(home[:, 0].min()), float(home[:, 0].max()), float(home[:, 1].min())
     scale = (right - left) / (EAST - WEST)
     return Pen(page, box["x"] + left, box["y"] + top + (NORTH - SOUTH) * scale, scale)
 
@@ -67,7 +64,9 @@ def start_editing(page: Page) -> Pen:
 
 
 def choose(page: Page, tool: str) -> None:
-    page.get_by_role("toolbar").get_by_role("button", name=tool).click()
+    button = page.get_by_role("toolbar").get_by_role("button", name=tool)
+    button.click()
+    expect(button).to_have_attribute("aria-pressed", "true")
 
 
 def rooms(page: Page) -> Locator:

@@ -9,6 +9,9 @@ from playwright.sync_api import Locator, Page, expect
 
 PATIENCE_MS, GLANCE_MS = 10_000, 50
 Colour = tuple[int, int, int]
+FIRST: Colour = (212, 224, 184)
+SECOND: Colour = (228, 179, 138)
+"""The first two colours of the light palette (web/src/map/colours.ts) as they lie over the floor: of the rooms 1 and 2."""
 
 
 def map_of(page: Page) -> Locator:

@@ -297,3 +297,25 @@ def test_names_are_shown_as_they_are_and_nothing_is_run(mapped: Robot, open_page
     shown(page, 3)
     expect(page.get_by_role("button", name=name)).to_be_visible()
     assert "hacked" not in page.title()
+
+
+def test_what_was_changed_while_the_robot_was_out_is_there_when_it_comes_back(
+    mapped: Robot, open_page: OpenPage
+) -> None:
+    page = open_page(mapped.page)
+    hand = start_editing(page)
+    choose(page, "Divide")
+    hand.tap((1.5, -0.9), (1.5, 2.9))
+    expect(rooms(page)).to_have_count(3)
+    page.get_by_role("button", name=re.compile("^Bedroom 1")).click()
+    field = page.get_by_role("textbox", name="Name")
+    field.fill("Library")
+    field.press("Enter")
+    expect(page.get_by_role("button", name=re.compile("^Library 1"))).to_be_visible()
+    save(page, 3)
+    mission = mapped.upload("1", home(shift=(3, 1)), base_version=2, tracking={"transform": [0.15, 0.05, 0.0]})
+    assert mission["version"] == 4
+    page.get_by_role("button", name="Done").click()
+    shown(page, 4)
+    expect(page.get_by_role("button", name=re.compile(r"^Library 1"))).to_be_visible()
+    expect(page.get_by_role("button", name=re.compile(r"^Kitchen( 2)? \d"))).to_have_count(2)

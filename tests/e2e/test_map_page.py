@@ -6,16 +6,15 @@ import numpy as np
 from playwright.sync_api import Page, expect
 
 from tests.e2e.conftest import OpenPage, Robot
-from tests.e2e.looking import Colour, eventually, map_of, painted, picture, shown
+from tests.e2e.looking import FIRST, SECOND, Colour, eventually, map_of, painted, picture, shown
 from tests.homes import home
 
-# The first two colours of the light palette (web/src/map/colours.ts) as they lie over the floor.
-KITCHEN: Colour = (212, 224, 184)
-BEDROOM: Colour = (228, 179, 138)
 
-
-def drawn(page: Page) -> None:
-    eventually(page, lambda: len(painted(page, KITCHEN)) > 10_000 and len(painted(page, BEDROOM)) > 10_000)
+def drawn(page: Page) -> tuple[Colour, Colour]:
+    """The colours of the kitchen, which is on the left, and of the bedroom, once both are there."""
+    eventually(page, lambda: len(painted(page, FIRST)) > 10_000 and len(painted(page, SECOND)) > 10_000)
+    is_first_left = painted(page, FIRST)[:, 0].mean() < painted(page, SECOND)[:, 0].mean()
+    return (FIRST, SECOND) if is_first_left else (SECOND, FIRST)
 
 
 def test_the_map_page_shows_rooms_by_name_and_area(mapped: Robot, open_page: OpenPage) -> None:
@@ -23,15 +22,13 @@ def test_the_map_page_shows_rooms_by_name_and_area(mapped: Robot, open_page: Ope
     expect(page.get_by_role("heading", level=1)).to_have_text("ground")
     expect(page.get_by_role("button", name=re.compile(r"Kitchen 1[56]\.\d m²"))).to_be_visible()
     expect(page.get_by_role("button", name=re.compile(r"Bedroom 1[56]\.\d m²"))).to_be_visible()
-    drawn(page)
-    kitchen, bedroom = painted(page, KITCHEN), painted(page, BEDROOM)
-    assert kitchen[:, 0].mean() < bedroom[:, 0].mean(), "the kitchen is the room on the left"
+    kitchen, bedroom = (painted(page, colour) for colour in drawn(page))
+    assert kitchen[:, 0].max() < bedroom[:, 0].max()
 
 
 def test_the_picture_of_the_grid_lies_under_the_rooms_where_its_frame_says(mapped: Robot, open_page: OpenPage) -> None:
     page = open_page(mapped.page)
-    drawn(page)
-    rooms = np.concatenate([painted(page, KITCHEN), painted(page, BEDROOM)])
+    rooms = np.concatenate([painted(page, colour) for colour in drawn(page)])
     page.get_by_role("button", name="Layers").click()
     for layer in ("Rooms", "Names", "Walls", "Dividers and doors"):
         page.get_by_role("checkbox", name=layer).uncheck()
@@ -59,23 +56,23 @@ def test_a_room_chosen_in_the_list_tells_of_its_neighbours_and_leads_to_them(
 
 def test_a_room_tapped_on_the_map_is_chosen_in_the_list(mapped: Robot, open_page: OpenPage) -> None:
     page = open_page(mapped.page)
-    drawn(page)
-    x, y = painted(page, BEDROOM)[1000]
+    _, bedroom = drawn(page)
+    x, y = painted(page, bedroom)[1000]
     map_of(page).click(position={"x": float(x) + 3, "y": float(y) + 3})
     expect(page.get_by_role("button", name=re.compile(r"^Bedroom \d"))).to_have_attribute("aria-pressed", "true")
 
 
 def test_the_keyboard_moves_and_zooms_the_map_and_shows_it_whole_again(mapped: Robot, open_page: OpenPage) -> None:
     page = open_page(mapped.page)
-    drawn(page)
-    whole, bedroom = painted(page, KITCHEN), painted(page, BEDROOM)
+    left, right = drawn(page)
+    whole, bedroom = painted(page, left), painted(page, right)
     map_of(page).focus()
     page.keyboard.press("ArrowRight")
-    eventually(page, lambda: painted(page, BEDROOM)[:, 0].max() < bedroom[:, 0].max() - 50)
+    eventually(page, lambda: painted(page, right)[:, 0].max() < bedroom[:, 0].max() - 50)
     page.keyboard.press("-")
-    eventually(page, lambda: len(painted(page, KITCHEN)) < len(whole) / 2)
+    eventually(page, lambda: len(painted(page, left)) < len(whole) / 2)
     page.get_by_role("button", name="Show the whole map").press("Enter")
-    eventually(page, lambda: abs(len(painted(page, KITCHEN)) - len(whole)) < 0.01 * len(whole))
+    eventually(page, lambda: abs(len(painted(page, left)) - len(whole)) < 0.01 * len(whole))
 
 
 def test_a_new_version_appears_by_itself(mapped: Robot, open_page: OpenPage) -> None:

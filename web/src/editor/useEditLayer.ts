@@ -1,5 +1,5 @@
 import { useComputedColorScheme } from "@mantine/core";
-import { useCallback, useEffect, useRef } from "react";
+import { useCallback, useLayoutEffect, useRef } from "react";
 import type { HomeMap } from "../viewer/HomeMap";
 import { type Context, EditLayer, type EditLayerEvents } from "./EditLayer";
 
@@ -14,7 +14,7 @@ export function useEditLayer(
   const latest = useRef(events);
   latest.current = events;
 
-  useEffect(() => {
+  useLayoutEffect(() => {
     if (!homeMap) return;
     homeMap.picks = false;
     const made = new EditLayer(homeMap.map, {
@@ -32,7 +32,8 @@ export function useEditLayer(
     };
   }, [homeMap]);
 
-  useEffect(() => {
+  // At once: whoever sees a tool chosen may draw with it.
+  useLayoutEffect(() => {
     if (homeMap) layer.current?.show({ document, tool, selection, scheme });
   }, [homeMap, document, tool, selection, scheme]);
 
