@@ -38,6 +38,9 @@ def add_commands(commands: Any) -> None:
     benchmark.add_argument(
         "--plans", type=Path, metavar="DIR", help="homes from the floor plans in a folder (Sweet Home 3D's Home.xml)"
     )
+    benchmark.add_argument(
+        "--repairs", action="store_true", help="owners put right what is wrong (else errors may last for many missions)"
+    )
     benchmark.add_argument("--processes", type=count, default=2, metavar="N", help="(default: %(default)s)")
     benchmark.add_argument("--out", type=Path, metavar="FILE", help="write a line of JSON for each mission")
     benchmark.add_argument("--resume", action="store_true", help="robots that FILE has already are not run again")
@@ -89,6 +92,7 @@ def _benchmark(options: argparse.Namespace) -> int:
         pictures=options.pictures,
         row=options.row,
         plans=options.plans,
+        repairs=options.repairs,
     )
     out: Path | None = options.out
     records = []

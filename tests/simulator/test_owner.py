@@ -4,12 +4,13 @@ from typing import Any
 
 import numpy as np
 import shapely
-from shapely import LineString, Polygon
+from shapely import LineString, MultiPolygon, Polygon
 
 from stillroom.maps.geometry import as_points
+from stillroom.simulator.client import Refused
 from stillroom.simulator.distortion import Distortion
-from stillroom.simulator.homes import Door, box
-from stillroom.simulator.owner import drop_scraps, join, name_rooms, part
+from stillroom.simulator.homes import Door, Home, TrueRoom, box
+from stillroom.simulator.owner import drop_scraps, join, name_rooms, part, tidy_up
 from stillroom.simulator.plans import thick_line
 
 STRAIGHT = Distortion(np.zeros((1, 2)), np.zeros((1, 2)), np.zeros(1))
@@ -38,19 +39,48 @@ def room(key: str, shape: Polygon, name: str = "Room 1") -> tuple[str, str, shap
 
 
 def test_a_doorway_that_nothing_divides_gets_a_divider() -> None:
-    (operation,) = part(DOOR, STRAIGHT, SHAPES, document(room("r1", box(0, 0, 8.1, 4))))
+    (operation,) = part(DOOR, STRAIGHT, SHAPES, 0.0, document(room("r1", box(0, 0, 8.1, 4))))
     assert operation == {"op": "add_divider", "line": [[4.05, 1.0], [4.05, 2.0]], "kind": "door"}
 
 
 def test_a_divider_that_lies_askew_in_a_doorway_is_moved() -> None:
     askew = ("d1", "divider", LineString([(4.2, 0.8), (4.0, 2.2)]), {"rooms": ["r1", "r2"]})
-    (operation,) = part(DOOR, STRAIGHT, SHAPES, document(room("r1", box(0, 0, 8.1, 4)), askew))
+    (operation,) = part(DOOR, STRAIGHT, SHAPES, 0.0, document(room("r1", box(0, 0, 8.1, 4)), askew))
     assert operation == {"op": "move_divider", "id": "d1", "line": [[4.05, 1.0], [4.05, 2.0]]}
+
+
+def test_a_divider_is_drawn_longer_where_the_walls_beside_the_doorway_are_missing() -> None:
+    merged = document(room("r1", box(0, 0, 8.1, 4)))
+    tried: list[Any] = []
+
+    def edit(step: Any) -> None:
+        operations = step(merged)
+        tried.extend(operations)
+        if operations and operations[0]["op"] == "add_divider" and operations[0]["line"][0][1] > 0.4:
+            raise Refused(422, "no wall there")
+
+    home = Home(
+        tuple(TrueRoom(name, "bed", shape) for name, shape in SHAPES.items()), MultiPolygon(), (DOOR,), (), (1, 1)
+    )
+    assert tidy_up(edit, home, STRAIGHT) == ()
+    lines = [operation["line"] for operation in tried if operation["op"] == "add_divider"]
+    assert lines == [[[4.05, 1.0], [4.05, 2.0]], [[4.05, 0.5], [4.05, 2.5]], [[4.05, 0.0], [4.05, 3.0]]]
+
+
+def test_what_is_refused_at_last_is_told() -> None:
+    def edit(step: Any) -> None:
+        if step(document(room("r1", box(0, 0, 8.1, 4)))):
+            raise Refused(422, "not today")
+
+    home = Home(
+        tuple(TrueRoom(name, "bed", shape) for name, shape in SHAPES.items()), MultiPolygon(), (DOOR,), (), (1, 1)
+    )
+    assert tidy_up(edit, home, STRAIGHT) == ("422: not today",)
 
 
 def test_a_doorway_that_is_divided_is_left_alone() -> None:
     served = document(room("r1", box(0, 0, 4.1, 4)), room("r2", box(4.1, 0, 8.1, 4)))
-    assert part(DOOR, STRAIGHT, SHAPES, served) == []
+    assert part(DOOR, STRAIGHT, SHAPES, 0.0, served) == []
 
 
 def test_a_room_that_fell_into_parts_is_joined() -> None:

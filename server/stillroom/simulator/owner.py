@@ -24,34 +24,53 @@ Shapes = Mapping[str, Polygon]
 """The true rooms by name, as they lie on the map."""
 
 
-Edit = Callable[[Callable[[Json], Sequence[Json]]], object]
+_LONGER_M = (0.0, 0.5, 1.0)
+"""By how much a divider is drawn longer than its doorway, one try after the other."""
+
+Step = Callable[[Json], Sequence[Json]]
+"""The operations for a map document."""
+Edit = Callable[[Step], object]
 """Applies the operations that a function finds for the map in force, as `Client.edit`. Raises Refused."""
 
 
 def tidy_up(edit: Edit, home: Home, distortion: Distortion) -> tuple[str, ...]:
     """Brings the map in force, bent by `distortion`, in line with the home; what the service refused, in its words."""
     shapes = {room.name: carried(room.polygon, distortion.apply) for room in home.rooms}
-    steps: list[Callable[[Json], Sequence[Json]]] = [partial(part, door, distortion, shapes) for door in home.doors]
-    steps += [partial(join, name, shapes) for name in shapes]
-    refused = []
-    steps += [drop_scraps, partial(name_rooms, shapes), drop_scraps]
-    for step in steps:
+    steps: list[list[Step]] = [
+        [partial(part, door, distortion, shapes, more) for more in _LONGER_M] for door in home.doors
+    ]
+    steps += [[partial(join, name, shapes)] for name in shapes]
+    steps += [[drop_scraps], [partial(name_rooms, shapes)], [drop_scraps]]
+    return tuple(refusal for attempts in steps if (refusal := _try(edit, attempts)) is not None)
+
+
+def _try(edit: Edit, attempts: Sequence[Step]) -> str | None:
+    """The first of the attempts that is not refused; else what was said to the last one."""
+    said = None
+    for attempt in attempts:
         try:
-            edit(step)
+            edit(attempt)
         except Refused as refusal:
-            refused.append(str(refusal))
-    return tuple(refused)
+            said = str(refusal)
+        else:
+            return None
+    return said
 
 
-def part(door: Door, distortion: Distortion, shapes: Shapes, document: Json) -> list[Json]:
-    """A divider in a doorway where one served room covers both sides; one that is there already, but lies askew, is moved."""
+def part(door: Door, distortion: Distortion, shapes: Shapes, longer_m: float, document: Json) -> list[Json]:
+    """A divider in a doorway where one served room covers both sides; one that is there already, but lies askew, is moved.
+
+    Where the walls beside the doorway are missing, it has to be longer at both ends.
+    """
     sides = [shapes[name] for name in door.rooms]
     if not any(
         all(shapely.intersection(side, room).area > _COMMON_M2 for side in sides)
         for room in served_rooms(document).values()
     ):
         return []
-    line = np.round(distortion.apply(as_points(door.line)), 4).tolist()
+    ends = as_points(door.line)
+    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    line = np.round(distortion.apply(ends + longer_m * np.stack([-along, along])), 4).tolist()
     near = min(_dividers(document).items(), key=lambda item: item[1].distance(LineString(line)), default=None)
     if near is not None and near[1].distance(LineString(line)) < _ASKEW_M:
         return [{"op": "move_divider", "id": near[0], "line": line}]

@@ -27,13 +27,11 @@ class Benchmark:
     pictures: Path | None = None
     row: Row | None = None
     plans: Path | None = None
+    repairs: bool = False
 
     def trials(self) -> list[Trial]:
-        return [
-            Trial(seed, robot, self.missions, self.effects, self.cache, self.pictures, self.row, self.plans)
-            for seed in self.seeds
-            for robot in self.robots
-        ]
+        settings = self.missions, self.effects, self.cache, self.pictures, self.row, self.plans, self.repairs
+        return [Trial(seed, robot, *settings) for seed in self.seeds for robot in self.robots]
 
 
 def run(benchmark: Benchmark, done: Collection[tuple[int, int]] = ()) -> Iterator[tuple[int, list[Record]]]:

@@ -36,6 +36,8 @@ class Trial:
     """and of each mission that this much of the system did not carry."""
     plans: Path | None = None
     """A folder of floor plans of Sweet Home 3D; None: homes are drawn."""
+    repairs: bool = False
+    """Whether owners put right what they see is wrong with rooms that they had named; else they look at new rooms alone."""
 
 
 class Household:
@@ -67,7 +69,7 @@ class Household:
             if self.trial.pictures is not None and before is not None and self._is_shown(record):
                 save(self._picture(record, before, sortie, answer), record, self.trial.pictures)
             yield record
-            self._settle_in(sortie)
+            self._settle_in(sortie, sees_it=self.trial.repairs and bool(record.lost or record.wrong))
 
     def _arrivals(self) -> Iterator[tuple[Sortie, frozenset[str]]]:
         """Each mission, with what happened to it until it arrived."""
@@ -131,9 +133,12 @@ class Household:
         assert document is not None
         return document
 
-    def _settle_in(self, sortie: Sortie) -> None:
-        """The owner looks at the map where its rooms are others than before. Only rooms that lie right are given a name."""
-        if frozenset(served_rooms(self._document())) == self._known:
+    def _settle_in(self, sortie: Sortie, sees_it: bool) -> None:
+        """The owner looks at the map where its rooms are others than before, or where it is seen to be wrong.
+
+        Only rooms that lie right count as named.
+        """
+        if frozenset(served_rooms(self._document())) == self._known and not sees_it:
             return
         tidy_up(self.service.edit, sortie.world.home, self.robot.distortion(self.service.in_force.mission))
         self._known = frozenset(served_rooms(self._document()))
