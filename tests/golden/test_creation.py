@@ -1,14 +1,19 @@
 """Semantic map creation (paper, Figures 2 and 3): from the raw occupancy map of a home to rooms, dividers, walls and clutter."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 import shapely
 
 from stillroom.maps.constraints import violations
+from stillroom.maps.geometry import Pose, as_points
+from stillroom.maps.grid import Cell, GridFrame, OccupancyGrid, look_up
 from stillroom.maps.semantics import Ids, SemanticMap
 from stillroom.pipeline.creation import create_map
 from stillroom.pipeline.params import PARAMS
 from stillroom.pipeline.rooms import overlaps
-from tests.drawing import Drawing, draw
+from tests.drawing import Drawing, draw, iou, paint, rectangle
 from tests.golden.homes import CLOSED, CORRIDOR, DOORWAY, FURNISHED, HOMES, OPEN_PLAN
 
 
@@ -115,3 +120,119 @@ def test_ids_go_on_where_the_robots_map_left_off() -> None:
     assert sorted(room.id for room in semantic_map.rooms) == ["r2-8", "r2-9"]
     assert [divider.id for divider in semantic_map.dividers] == ["d2-4"]
     assert semantic_map.ids.take("r")[0] == ("r2-10",)
+
+
+HOUSE = """
+    ########################################################
+    #..........#..............................#............#
+    #..........#..............................#............#
+    #..........#..............................#............#
+    #....A.....#...............B..............#.....D......#
+    #..........#..............................#............#
+    #..........#..............................#............#
+    #..........#..............................#............#
+    #..........#..............................#............#
+    ####....#########....#########################....######
+    #......................................................#
+    #...........................C..........................#
+    #......................................................#
+    ####....#############################....###############
+    #..............#.......................................#
+    #..............#.......................................#
+    #......E.......#...................F...................#
+    #..............#.......................................#
+    #..............#.......................................#
+    #..............#.......................................#
+    #..............#.......................................#
+    ########################################################
+"""
+"""Five rooms on both sides of a hallway of 0.6 m a doorway's width, drawn with characters of 0.2 m."""
+
+
+def shapes_of(home: Drawing) -> dict[str, shapely.Polygon]:
+    return {letter: room.polygon for letter, room in home.rooms(created(home)).items()}
+
+
+def test_a_long_narrow_room_with_many_doors_is_proposed_as_the_hallway() -> None:
+    home = draw(HOUSE)
+    names = {letter: room.name for letter, room in home.rooms(created(home)).items()}
+    assert names.pop("C") == "Hallway"
+    assert all(name.startswith("Room ") for name in names.values())
+
+
+@pytest.mark.parametrize("resolution", [0.02, 0.025, 0.04, 0.1])
+def test_rooms_are_the_same_at_any_resolution(resolution: float) -> None:
+    expected = shapes_of(draw(HOUSE))
+    found = shapes_of(draw(HOUSE, cells=round(0.2 / resolution), resolution=resolution))
+    assert all(iou(found[letter], expected[letter]) > 0.98 for letter in expected)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4, 2.0])
+def test_rooms_are_the_same_wherever_the_grid_lies_and_however_much_around_it_is_unexplored(yaw: float) -> None:
+    place = Pose(12.345, -6.789, yaw)
+    expected = shapes_of(draw(HOUSE))
+    found = shapes_of(draw(HOUSE, origin=place, margin=7))
+    for letter, polygon in expected.items():
+        assert iou(found[letter], shapely.transform(polygon, lambda p: place.apply(as_points(p)))) > 0.995
+
+
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_turned_or_mirrored_home_has_the_same_rooms(quarters: int, mirrored: bool) -> None:
+    home = draw(HOUSE)
+    cells = np.rot90(home.grid.cells[:, ::-1] if mirrored else home.grid.cells, quarters)
+    frame = GridFrame(home.grid.frame.resolution, cells.shape[1], cells.shape[0])
+    other = create_map(OccupancyGrid(frame, np.ascontiguousarray(cells)), "1", Ids())
+    areas = [sorted(room.polygon.area for room in made.rooms) for made in (created(home), other)]
+    assert areas[0] == pytest.approx(areas[1], rel=0.02)
+
+
+@pytest.mark.parametrize("degrees", [7, 30, 45])
+def test_a_home_askew_to_its_grid_has_the_same_rooms(degrees: float) -> None:
+    home = draw(HOUSE)
+    turn = Pose(4.0, 6.0, np.radians(degrees))
+    frame = GridFrame(0.05, 340, 340, Pose(-1.0, 4.0))
+    columns, rows = np.meshgrid(np.arange(340) + 0.5, np.arange(340) + 0.5)
+    places = turn.inverse().apply(frame.to_map(np.stack([columns.ravel(), rows.ravel()], 1)))
+    cells = look_up(home.grid.cells, home.grid.frame.to_cells(places), Cell.UNEXPLORED).reshape(340, 340)
+    found = [room.polygon for room in create_map(OccupancyGrid(frame, cells), "1", Ids()).rooms]
+    for polygon in shapes_of(home).values():
+        moved = shapely.transform(polygon, lambda p: turn.apply(as_points(p)))
+        assert max(iou(moved, other) for other in found) > 0.9
+    assert len(found) == 6
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_one_percent_of_specks_leaves_every_room(seed: int) -> None:
+    home = draw(HOUSE)
+    rng = np.random.default_rng(seed)
+    cells = home.grid.cells.copy()
+    wrong = rng.random(cells.shape) < 0.01
+    cells[wrong] = np.where(rng.random(cells.shape) < 0.5, Cell.OCCUPIED, Cell.FREE)[wrong]
+    found = [room.polygon for room in create_map(OccupancyGrid(home.grid.frame, cells), "1", Ids()).rooms]
+    for polygon in shapes_of(home).values():
+        assert max(iou(polygon, other) for other in found) > 0.9
+
+
+def test_more_and_less_sensitive_maps_have_more_and_fewer_rooms() -> None:
+    grid = draw(HOUSE).grid
+    counts = [
+        len(create_map(grid, "1", Ids(), replace(PARAMS, divider_sensitivity=sensitivity)).rooms)
+        for sensitivity in (-30, -8, 0, 3)
+    ]
+    assert counts == sorted(counts)
+    assert counts[0] == 1
+    assert counts[2] == 6
+
+
+def test_what_was_only_seen_through_a_window_or_a_pane_is_no_room() -> None:
+    home = draw(HOUSE, margin=30)
+    beams = [
+        rectangle(11.1, 3.0, 14.0, 3.8),
+        shapely.Polygon([(10.9, 1.0), (13.5, 0.0), (13.5, 2.2), (10.9, 1.8)]),
+    ]
+    made = create_map(paint(home.grid, Cell.FREE, *beams), "1", Ids())
+    rooms = shapely.union_all([room.polygon for room in made.rooms])
+    assert len(made.rooms) == 6
+    assert all(shapely.intersection(beam, rooms).area < 0.35 * beam.area for beam in beams)
+    assert violations(made, paint(home.grid, Cell.FREE, *beams), PARAMS.wall_reach_m) == ()

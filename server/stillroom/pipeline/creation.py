@@ -1,13 +1,17 @@
 """Semantic map creation (paper, section II-A): walls, clutter, dividers and rooms of a map without history, by algorithm."""
 
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import numpy.typing as npt
+import shapely
+from shapely import MultiPolygon, Polygon
 
-from stillroom.maps.geometry import Line, Pose, as_points
-from stillroom.maps.grid import Cell, GridFrame, OccupancyGrid
+from stillroom.maps.geometry import Line, Pose, as_points, polygons_in
+from stillroom.maps.grid import Cell, GridFrame, OccupancyGrid, look_up
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
 from stillroom.pipeline.cells import label_cells
 from stillroom.pipeline.params import PARAMS, Params
@@ -20,6 +24,11 @@ from stillroom.pipeline.walls import (
     wall_features,
 )
 
+NARROW_M = 0.3
+"""No robot fits into what is narrower on average."""
+MOSTLY_WALLED = 0.75
+"""Where walls bound less than this share of all rooms, it says nothing of one that walls don't bound it."""
+
 
 def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = PARAMS) -> SemanticMap:
     """Rooms, dividers, walls and clutter of `grid`; new ids are taken from `ids`."""
@@ -28,18 +37,68 @@ def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = 
     floor = outline(obstacles.floor, seen.frame, params, smallest_m2=params.pocket_area_m2)
     lines = propose_dividers(floor, obstacles.floor, seen.frame, params)
     polygons = partition(floor, lines, params.face_area_m2)
+    distance = _occupied_distance(seen)
+    entered = _entered(polygons, lines, distance, seen.frame, params)
+    if len(entered) < len(polygons):
+        polygons, floor = entered, shapely.orient_polygons(MultiPolygon(polygons_in(shapely.union_all(entered))))
     rooms, ids = new_rooms(polygons, mission_id, ids)
     dividers, ids = new_dividers(lines, rooms, ids)
     dividers = tuple(divider for divider in dividers if len(divider.rooms) > 1)
     (version,), ids = ids.take("v")
     return SemanticMap(
         frame=grid.frame,
-        rooms=rooms,
+        rooms=_with_hallways(rooms, dividers, params),
         dividers=dividers,
-        walls=wall_features(floor, _occupied_distance(seen), seen.frame, version[1:], params),
+        walls=wall_features(floor, distance, seen.frame, version[1:], params),
         clutter=clutter_features(obstacles.clutter, seen.frame, version[1:], params),
         ids=ids,
     )
+
+
+def _entered(
+    polygons: Sequence[Polygon],
+    lines: Sequence[Line],
+    occupied_distance: npt.NDArray[np.float32],
+    frame: GridFrame,
+    params: Params,
+) -> tuple[Polygon, ...]:
+    """The rooms without what was only seen into, through a window or a door that the robot never passed: too narrow for it, or hardly any
+    walls bound it. The largest room stays; walls say nothing where the robot saw few of them anywhere.
+    """
+    wide = [polygon for k, polygon in enumerate(polygons) if k == 0 or 2 * polygon.area >= NARROW_M * polygon.length]
+    if len(wide) < 2:
+        return tuple(wide)
+    rings = shapely.segmentize([polygon.exterior for polygon in wide], 2 * frame.resolution)
+    samples, room = shapely.get_coordinates(rings, return_index=True)
+    walled = look_up(occupied_distance, frame.to_cells_inside(samples), np.inf) <= params.wall_reach_m
+    if walled.mean() < MOSTLY_WALLED:
+        return tuple(wide)
+    share = np.bincount(room, walled, len(wide)) / np.bincount(room, minlength=len(wide))
+    divided = np.zeros(len(wide))
+    for line, sides in zip(lines, rooms_beside(lines, wide), strict=True):
+        divided[list(sides)] += np.hypot(line[1][0] - line[0][0], line[1][1] - line[0][1])
+    perimeter = shapely.length(rings)
+    enclosed = share * perimeter >= params.room_enclosure * (perimeter - divided)
+    enclosed[0] = True
+    return tuple(polygon for polygon, kept in zip(wide, enclosed.tolist(), strict=True) if kept)
+
+
+def _with_hallways(rooms: Sequence[Room], dividers: Sequence[Divider], params: Params) -> tuple[Room, ...]:
+    """The rooms, and those called hallways that are narrow, long, and lead to several others."""
+    doors = Counter(room_id for divider in dividers for room_id in divider.rooms)
+    named, count = [], 0
+    for room in rooms:
+        if doors[room.id] >= params.hallway_doors and _is_narrow(room.polygon, params):
+            count += 1
+            named.append(replace(room, name="Hallway" if count == 1 else f"Hallway {count}"))
+        else:
+            named.append(room)
+    return tuple(named)
+
+
+def _is_narrow(polygon: Polygon, params: Params) -> bool:
+    radius = shapely.maximum_inscribed_circle(polygon, tolerance=0.1).length
+    return bool(2 * radius <= params.hallway_width_m and polygon.area >= params.hallway_stretch * (2 * radius) ** 2)
 
 
 def _occupied_distance(grid: OccupancyGrid) -> npt.NDArray[np.float32]:
