@@ -170,7 +170,9 @@ def test_a_robot_edits_undoes_and_pins_nothing(mapped: RobotCaller) -> None:
 
 def test_phantoms_and_kinds_are_in_the_map_and_stay_through_missions(service: Service, mapped: RobotCaller) -> None:
     right = [[4.0, -1.2], [8.2, -1.2], [8.2, 3.2], [4.0, 3.2]]
-    kitchen = {"op": "set_room_kind", "id": "r1", "kind": "kitchen"}
+    rooms = features(mapped.get(mapped.path()).json(), "room")
+    left = min(rooms, key=lambda room: min(x for x, _ in room["geometry"]["coordinates"][0]))
+    kitchen = {"op": "set_room_kind", "id": left["id"], "kind": "kitchen"}
     made = service.operator.edit(mapped.path(), 1, kitchen, {"op": "mark_phantom", "shape": right}).json()
     (room,) = features(made, "room")
     (phantom,) = features(made, "phantom")
