@@ -20,6 +20,7 @@ PERSISTENCE = 0.85
 
 NEW_FRAME_M = 5.0
 """A frame after a reset lies up to this far from the home's, along x and y, at any angle."""
+_EXACT_M = 1e-7
 _MANY = 20_000
 _LATTICE_M = 0.2
 _ROW = 1024
@@ -46,7 +47,9 @@ class Distortion:
         bent = self.frame.inverse().apply(points)
         straight = bent
         for _ in range(12):
-            straight = bent - self._offset(straight)
+            before, straight = straight, bent - self._offset(straight)
+            if not len(points) or np.abs(straight - before).max() < _EXACT_M:
+                break
         return straight
 
     def _offset(self, points: Points) -> Points:

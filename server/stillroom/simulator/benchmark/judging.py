@@ -48,6 +48,7 @@ class Record:
     wrong: tuple[str, ...]
     """Rooms that were named and are elsewhere: precision or recall of 0.5 or less."""
     core_ms: float
+    """Of CPU."""
     reason: str
 
 

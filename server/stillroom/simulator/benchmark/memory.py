@@ -37,7 +37,7 @@ class Version:
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of a mission. `update` is None where it was late or the core raised; `seconds` is the core's time."""
+    """What came of a mission. `update` is None where it was late or the core raised; `seconds` of CPU are the core's."""
 
     verdict: Verdict
     reason: str
@@ -60,6 +60,7 @@ class MemoryService:
     def __init__(self) -> None:
         self.versions: list[Version] = []
         self._newest = (0, -1)
+        self._document: Json | None = None
 
     @property
     def in_force(self) -> Version:
@@ -67,27 +68,31 @@ class MemoryService:
 
     def document(self) -> Json | None:
         """What `GET` of the map answers, as far as a robot or an owner looks at it; None before the first mission."""
-        if not self.versions:
-            return None
-        found = [feature.model_dump(mode="json") for feature in features(self.in_force.map)]
-        return {"version": len(self.versions), "mission": str(self.in_force.mission), "features": found}
+        if self.versions and (self._document is None or self._document["version"] != len(self.versions)):
+            found = [feature.model_dump(mode="json") for feature in features(self.in_force.map)]
+            self._document = {
+                "version": len(self.versions),
+                "mission": str(self.in_force.mission),
+                "features": found,
+            }
+        return self._document
 
     def process(self, mission: int, grid: OccupancyGrid, meta: Mapping[str, Any]) -> Answer:
         """An upload; `meta` as the robot sends it."""
         parsed = stored_meta(dict(meta))
         if not self.versions:
-            began = time.perf_counter()
+            began = time.process_time()
             update = create_semantic_map(grid, str(mission), Ids())
         elif (parsed.epoch, parsed.sequence) < self._newest:
             return Answer("superseded", "A newer mission was processed before this one.", 0.0)
         else:
             motion = self._motion(parsed)
-            began = time.perf_counter()
+            began = time.process_time()
             try:
                 update = update_map(self.in_force.map, Mission(str(mission), grid, motion))
             except Exception as error:  # as the worker does: the mission is kept, the lane goes on
-                return Answer("reverted", f"{type(error).__name__}: {error}", time.perf_counter() - began)
-        seconds = time.perf_counter() - began
+                return Answer("reverted", f"{type(error).__name__}: {error}", time.process_time() - began)
+        seconds = time.process_time() - began
         self._newest = max(self._newest, (parsed.epoch, parsed.sequence))
         if update.taken:
             self.versions.append(Version(_stored(update.map), mission, grid, update.motion))

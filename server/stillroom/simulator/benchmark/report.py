@@ -36,7 +36,7 @@ def report(records: Sequence[Record], told: Told) -> None:
         told(f"{name:<34}{100 * figure.value:7.2f} %   [{100 * figure.low:.2f}, {100 * figure.high:.2f}]")
     core = np.array([record.core_ms for record in records])
     if len(core):
-        told(f"{'core, ms':<34}{np.percentile(core, 50):7.1f} p50{np.percentile(core, 99):9.1f} p99")
+        told(f"{'core, ms of CPU':<34}{np.percentile(core, 50):7.1f} p50{np.percentile(core, 99):9.1f} p99")
     told(
         f"\n{'updates in which':<26}{'count':>7}{'transfer':>10}{'+ occup.':>10}{'+ divid.':>10}{'final':>9}{'silent':>9}"
     )

@@ -43,6 +43,7 @@ def run(benchmark: Benchmark, done: Collection[tuple[int, int]] = ()) -> Iterato
 
 def _spread(trials: Sequence[Trial], processes: int) -> Iterator[list[Record]]:
     if processes <= 1:
+        _alone()
         yield from map(run_trial, trials)
         return
     with ProcessPoolExecutor(processes, initializer=_alone) as pool:
@@ -51,7 +52,7 @@ def _spread(trials: Sequence[Trial], processes: int) -> Iterator[list[Record]]:
 
 
 def _alone() -> None:
-    """A process of many: OpenCV's own threads would only get in each other's way."""
+    """OpenCV's own threads would only get in each other's way, and the core's time is that of one."""
     cv2.setNumThreads(1)
 
 
