@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
+import shapely
 from shapely import MultiPolygon
 
 from stillroom.maps.geometry import Line, Points, as_line
@@ -48,6 +49,7 @@ def propose_dividers(floor: MultiPolygon, mask: Mask, frame: GridFrame, params: 
     """Dividers, in metres, that cut `floor` into rooms. `mask` is the same floor as cells."""
     if floor.is_empty:
         return ()
+    floor = shapely.orient_polygons(floor)
     pieces = over_segment(floor, mask, frame, params)
     groups = join_pieces(pieces, params)
     parting = groups[pieces.sides[:, 0]] != groups[pieces.sides[:, 1]]
@@ -93,6 +95,7 @@ class Pieces:
 
 
 def over_segment(floor: MultiPolygon, mask: Mask, frame: GridFrame, params: Params) -> Pieces:
+    """`floor` has exterior rings counter-clockwise and holes clockwise."""
     # beyond the grid is no floor either
     padded = np.pad(mask, 1).view(np.uint8)
     clearance = np.asarray(cv2.distanceTransform(padded, cv2.DIST_L2, 5), np.float32)[1:-1, 1:-1]
