@@ -58,10 +58,10 @@ def plan_names() -> list[str]:
     return sorted(path.name.removesuffix("_gt_segmentation.png") for path in PLANS.glob("*_gt_segmentation.png"))
 
 
-def found_rooms(grid: OccupancyGrid) -> tuple[Labels, float]:
+def found_rooms(grid: OccupancyGrid, repeats: int = REPEATS) -> tuple[Labels, float]:
     """The found room of each free cell, and the seconds of one core that it took to make the map (the best of some runs)."""
     seconds = []
-    for _ in range(REPEATS):
+    for _ in range(repeats):
         fresh = OccupancyGrid(grid.frame, grid.cells)
         started = process_time()
         made = create_map(fresh, "1", Ids())

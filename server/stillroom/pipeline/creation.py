@@ -26,6 +26,8 @@ from stillroom.pipeline.walls import (
 
 NARROW_M = 0.3
 """No robot fits into what is narrower on average."""
+LEAST_COMPACT = 0.35
+"""Area as a share of that of the circle with the same perimeter: rooms have 0.5 and more, beams of a sensor less than 0.2."""
 MOSTLY_WALLED = 0.75
 """Where walls bound less than this share of all rooms, it says nothing of one that walls don't bound it."""
 
@@ -62,8 +64,9 @@ def _entered(
     frame: GridFrame,
     params: Params,
 ) -> tuple[Polygon, ...]:
-    """The rooms without what was only seen into, through a window or a door that the robot never passed: too narrow for it, or hardly any
-    walls bound it. The largest room stays; walls say nothing where the robot saw few of them anywhere.
+    """The rooms without what was only seen into, through a window or a pane: too narrow for a robot, or drawn out and hardly bound by walls.
+
+    The largest room stays; walls say nothing where the robot saw few of them anywhere.
     """
     wide = [polygon for k, polygon in enumerate(polygons) if k == 0 or 2 * polygon.area >= NARROW_M * polygon.length]
     if len(wide) < 2:
@@ -79,8 +82,9 @@ def _entered(
         divided[list(sides)] += np.hypot(line[1][0] - line[0][0], line[1][1] - line[0][1])
     perimeter = shapely.length(rings)
     enclosed = share * perimeter >= params.room_enclosure * (perimeter - divided)
-    enclosed[0] = True
-    return tuple(polygon for polygon, kept in zip(wide, enclosed.tolist(), strict=True) if kept)
+    compact = 4 * np.pi * shapely.area(wide) >= LEAST_COMPACT * perimeter**2
+    compact[0] = True
+    return tuple(polygon for polygon, kept in zip(wide, (enclosed | compact).tolist(), strict=True) if kept)
 
 
 def _with_hallways(rooms: Sequence[Room], dividers: Sequence[Divider], params: Params) -> tuple[Room, ...]:
