@@ -39,7 +39,7 @@ def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = 
     floor = outline(obstacles.floor, seen.frame, params, smallest_m2=params.pocket_area_m2)
     lines = propose_dividers(floor, obstacles.floor, seen.frame, params)
     polygons = partition(floor, lines, params.face_area_m2)
-    distance = _occupied_distance(seen)
+    distance = _occupied_distance(seen, params)
     entered = _entered(polygons, lines, distance, seen.frame, params)
     if len(entered) < len(polygons):
         polygons, floor = entered, shapely.orient_polygons(MultiPolygon(polygons_in(shapely.union_all(entered))))
@@ -105,12 +105,13 @@ def _is_narrow(polygon: Polygon, params: Params) -> bool:
     return bool(2 * radius <= params.hallway_width_m and polygon.area >= params.hallway_stretch * (2 * radius) ** 2)
 
 
-def _occupied_distance(grid: OccupancyGrid) -> npt.NDArray[np.float32]:
-    """`grid.occupied_distance` to a hundredth, in a third of the time: a map has it looked up along walls once."""
-    if not grid.occupied.any():
-        return np.full(grid.cells.shape, np.inf, np.float32)
-    distance = cv2.distanceTransform((~grid.occupied).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
-    return np.asarray(distance, np.float32) * np.float32(grid.frame.resolution)
+def _occupied_distance(grid: OccupancyGrid, params: Params) -> npt.NDArray[np.float32]:
+    """0 within the wall distance of an occupied cell and infinite elsewhere: all that walls need of `grid.occupied_distance`, much sooner."""
+    reach = int(params.wall_reach_m / grid.frame.resolution + 1e-6)
+    across = np.arange(-reach, reach + 1) * grid.frame.resolution
+    disc = np.hypot(across[:, None], across) <= params.wall_reach_m + 1e-9
+    near = cv2.dilate(grid.occupied.view(np.uint8), disc.view(np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    return np.where(np.asarray(near) > 0, np.float32(0), np.float32(np.inf))
 
 
 def _explored_part(grid: OccupancyGrid, params: Params) -> OccupancyGrid:
