@@ -27,15 +27,16 @@ def test_things_stand_in_doorways_or_right_before_them(seed: int) -> None:
         assert shapely.intersects(things[door.id], thick_line(door.line, 2.2))
 
 
-@settings(max_examples=5, deadline=None)
-@given(SEEDS)
-def test_the_robot_gets_past_them_into_every_room(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    home = draw_home(rng)
-    world = World(home, in_doorways=tuple(in_doorways(home, 1.0, rng).values()))
-    places = shapely.points(route(rasterise(world), reach(world, rasterise(world)), rng))
-    entered = [bool(shapely.intersects(room.polygon, places).any()) for room in home.rooms]
-    assert np.mean(entered) >= 0.8, "leaves of doors may stand against what is in the room"
+def test_the_robot_gets_past_them_nearly_always() -> None:
+    entered: list[bool] = []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        home = draw_home(rng)
+        world = World(home, in_doorways=tuple(in_doorways(home, 0.5, rng).values()))
+        floor = rasterise(world)
+        places = shapely.points(route(floor, reach(world, floor), rng))
+        entered += [bool(shapely.intersects(room.polygon, places).any()) for room in home.rooms]
+    assert np.mean(entered) > 0.9, "several things in a narrow hall may be one too many"
 
 
 def test_there_is_less_room_in_a_doorway_with_something_in_it() -> None:

@@ -99,8 +99,10 @@ def _tell_latency(uploads: Sequence[Upload], told: Told) -> None:
     for upload in uploads:
         for stage, spent in upload.mission["timings_ms"].items():
             stages[stage].append(spent)
-    taken = sum(upload.mission["outcome"] == "updated" for upload in uploads)
-    told(f"{taken} of {len(uploads)} missions updated the map\n")
+    updated, resolved = (
+        sum(upload.mission["outcome"] == outcome for upload in uploads) for outcome in ("updated", "resolved")
+    )
+    told(f"{updated + resolved} of {len(uploads)} missions updated the map, {resolved} of them after resolution\n")
     told(f"{'stage':<24}{'p50 ms':>8}{'p99 ms':>8}")
     for stage, spent in stages.items():
         told(f"{stage:<24}{_line(spent)}")

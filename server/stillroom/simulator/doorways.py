@@ -1,4 +1,4 @@
-"""What stands in doorways during a mission, so that a robot still gets past: boxes and bags, and the leaves of doors ajar."""
+"""What stands in doorways during a mission and leaves a robot a way past: boxes and bags, and the leaves of doors ajar."""
 
 from math import radians
 
@@ -25,11 +25,13 @@ def in_doorways(home: Home, share: float, rng: Generator) -> dict[str, Polygon]:
     """What stands in that share of the doorways, by the door's id."""
     draws = rng.random((len(home.doors), 5))
     return {
-        door.id: _thing(door, row[1:].tolist()) for door, row in zip(home.doors, draws, strict=True) if row[0] < share
+        door.id: _thing(home, door, row[1:].tolist())
+        for door, row in zip(home.doors, draws, strict=True)
+        if row[0] < share
     }
 
 
-def _thing(door: Door, draws: list[float]) -> Polygon:
+def _thing(home: Home, door: Door, draws: list[float]) -> Polygon:
     kind, side, size, aside = draws
     ends = as_points(door.line) if side < 0.5 else as_points(door.line)[::-1]
     length = float(np.linalg.norm(ends[1] - ends[0]))
@@ -37,7 +39,8 @@ def _thing(door: Door, draws: list[float]) -> Polygon:
     across = np.array([-along[1], along[0]])
     if door.kind == "door" and kind < 0.5:
         angle = radians(_AJAR_DEG[0] + size * (_AJAR_DEG[1] - _AJAR_DEG[0]))
-        leaf = length * (np.cos(angle) * along + np.sin(angle) * across * (1 if aside < 0.5 else -1))
+        into = np.sign(across @ (shapely.get_coordinates(home.room(door.rooms[1]).polygon.centroid)[0] - ends[0]))
+        leaf = length * (np.cos(angle) * along + np.sin(angle) * into * across)
         return _bar(ends[0], ends[0] + leaf, _LEAF_M)
     width = min(length - _WAY_M, 0.25 + 0.5 * size * length)
     depth = _THING_M[0] + kind * (_THING_M[1] - _THING_M[0])
