@@ -7,8 +7,9 @@ from starlette.responses import Response
 
 from stillroom.api.context import Caller, Limit, MapName, NumberCursor, RobotId, Service, allowed, document, page
 from stillroom.documents import api
-from stillroom.documents.conflicts import ConflictDocument, DecisionRequest
+from stillroom.documents.conflicts import ConflictDocument, DecisionRequest, SensedDocument
 from stillroom.service import conflicts, decisions
+from stillroom.service.sensed import sensed
 
 router = APIRouter()
 _OF_MAP = "/api/v1/robots/{robot}/maps/{map}/conflicts"
@@ -43,6 +44,12 @@ def list_conflicts(
 @router.get(_OF_MAP + "/{conflict}", response_model=ConflictDocument, dependencies=_READ)
 def show_conflict(service: Service, robot: RobotId, map_name: MapName, key: ConflictId) -> Response:
     return document(conflicts.conflict_by_key(service.database, robot, map_name, key))
+
+
+@router.get(_OF_MAP + "/{conflict}/sensed", response_model=SensedDocument, dependencies=_READ)
+def show_sensed(service: Service, robot: RobotId, map_name: MapName, key: ConflictId) -> Response:
+    """What the robot saw, and where that differs from what was known."""
+    return document(sensed(service.database, service.grids, robot, map_name, key))
 
 
 @router.get(_OF_MAP + "/{conflict}/proposals/{proposal}", response_model=api.MapDocument, dependencies=_READ)

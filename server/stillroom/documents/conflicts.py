@@ -5,10 +5,11 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from stillroom.documents.api import ConflictState
-from stillroom.documents.geojson import Document, Feature
+from stillroom.documents.api import ConflictState, Frame
+from stillroom.documents.geojson import Document, Feature, Polygon
 from stillroom.documents.missions import Position
 from stillroom.pipeline.conflicts import Action, Cause, ConflictKind
+from stillroom.pipeline.differences import Change
 
 Response = Literal["accept", "reject", "annotate", "temporary"]
 
@@ -74,6 +75,37 @@ class ConflictDocument(Document):
     superseded_by: str | None
     """The later mission that made it pointless."""
     url: str
+
+
+class DifferenceDocument(Document):
+    change: Change
+    """`blocked`: what was floor is obstacle; `opened`: the other way round; `found`: floor where nothing was known; `unseen`: known
+    floor that the robot did not see."""
+    area: float
+    """Square metres."""
+    geometry: Polygon
+
+
+class SensedDocument(Document):
+    """What the robot saw in the mission that met a conflict, in that mission's frame."""
+
+    mission: str
+    base_version: int
+    version: int
+    """The one in force now."""
+    taken: bool
+    """Whether the mission's map came into force."""
+    frame: Frame
+    grid: str
+    """URL of the pixels as the robot sent them."""
+    cells: str
+    """URL of what they mean."""
+    moved: tuple[float, float, float] | None
+    """The rigid motion (x, y, yaw) from the frame of `base_version` to the mission's, about; null: none is known."""
+    moved_now: tuple[float, float, float] | None
+    """The same from the frame of the version in force."""
+    differences: list[DifferenceDocument]
+    """Against the grid under `base_version`, the largest first; none where `moved` is null."""
 
 
 class DecisionRequest(BaseModel):

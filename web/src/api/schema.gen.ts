@@ -183,6 +183,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/robots/{robot}/maps/{map}/conflicts/{conflict}/sensed": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Show Sensed
+         * @description What the robot saw, and where that differs from what was known.
+         */
+        get: operations["show_sensed_api_v1_robots__robot__maps__map__conflicts__conflict__sensed_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/robots/{robot}/maps/{map}/edits": {
         parameters: {
             query?: never;
@@ -931,6 +951,17 @@ export interface components {
             ] | null;
             /** To Version */
             to_version: number;
+        };
+        /** DifferenceDocument */
+        DifferenceDocument: {
+            /** Area */
+            area: number;
+            /**
+             * Change
+             * @enum {string}
+             */
+            change: "blocked" | "opened" | "found" | "unseen";
+            geometry: components["schemas"]["Polygon"];
         };
         /** DividerFeature */
         DividerFeature: {
@@ -1912,6 +1943,39 @@ export interface components {
             /** Name */
             name: string;
         };
+        /**
+         * SensedDocument
+         * @description What the robot saw in the mission that met a conflict, in that mission's frame.
+         */
+        SensedDocument: {
+            /** Base Version */
+            base_version: number;
+            /** Cells */
+            cells: string;
+            /** Differences */
+            differences: components["schemas"]["DifferenceDocument"][];
+            frame: components["schemas"]["Frame"];
+            /** Grid */
+            grid: string;
+            /** Mission */
+            mission: string;
+            /** Moved */
+            moved: [
+                number,
+                number,
+                number
+            ] | null;
+            /** Moved Now */
+            moved_now: [
+                number,
+                number,
+                number
+            ] | null;
+            /** Taken */
+            taken: boolean;
+            /** Version */
+            version: number;
+        };
         /** SetDividerKind */
         SetDividerKind: {
             /** Id */
@@ -2475,6 +2539,39 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["MapDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    show_sensed_api_v1_robots__robot__maps__map__conflicts__conflict__sensed_get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                conflict: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SensedDocument"];
                 };
             };
             /** @description Any error */
