@@ -5,6 +5,7 @@ from datetime import datetime
 
 import sqlalchemy as sa
 
+from stillroom.store import deliveries
 from stillroom.store.database import Transaction, tell
 from stillroom.store.hints import Hint
 from stillroom.store.robots import Selection
@@ -15,12 +16,14 @@ _LOCK = 0x57111
 """Keeps these locks apart from others of the same database."""
 
 
+NEWS = ("conflict", "mission", "version")
+"""What people and their programs may want to be sent a message about."""
 Happened = tuple[str, Json]
 """What kind of thing happened, and what is to be told of it."""
 
 
 def add(tx: Transaction, of: MapRow, happened: Sequence[Happened], now: datetime) -> None:
-    """Tells of all that happened to a map, in this order.
+    """Tells of all that happened to a map, in this order, and has messages sent about it.
 
     The last thing that a transaction does: until it ends, no other adds an event that the same people see.
 
@@ -31,8 +34,14 @@ def add(tx: Transaction, of: MapRow, happened: Sequence[Happened], now: datetime
         seen_by_the_same = sa.func.pg_advisory_xact_lock(sa.func.hashtextextended(owner, _LOCK))
         tx.execute(sa.select(seen_by_the_same).where(robot.c.id == of.robot_id))
     same = {"robot_id": of.robot_id, "map_id": of.id, "created_at": now}
-    tx.execute(sa.insert(event), [same | {"kind": kind, "data": data} for kind, data in happened])
+    made = sa.insert(event).returning(event.c.id, sort_by_parameter_order=True)
+    rows = [same | {"kind": kind, "data": data} for kind, data in happened]
+    numbers = tx.execute(made, rows).scalars().all()
+    news = [number for number, (kind, _) in zip(numbers, happened, strict=True) if kind in NEWS]
+    deliveries.post(tx, news)
     tell(tx, Hint("changed", of.id))
+    if news:
+        tell(tx, Hint("message", of.id))
 
 
 def newest(tx: Transaction, visible: Selection) -> int:

@@ -1,15 +1,20 @@
 """Hints to those who wait: a commit changed something, or there is something to do. The truth is read from the database every time."""
 
-from typing import Literal, NamedTuple
+from collections.abc import Mapping
+from typing import Literal, NamedTuple, get_args
 
 CHANNEL = "stillroom"
 """PostgreSQL's name for where they pass."""
 
 
-class Hint(NamedTuple):
-    """`work`: a lane of a map has something to do; `changed`: a map, or one of its missions, did."""
+HintKind = Literal["work", "changed", "message"]
+_KINDS: Mapping[str, HintKind] = {kind: kind for kind in get_args(HintKind)}
 
-    kind: Literal["work", "changed"]
+
+class Hint(NamedTuple):
+    """`work`: a lane of a map has something to do; `changed`: a map, or one of its missions, did; `message`: somebody is to be told."""
+
+    kind: HintKind
     map_id: int
 
 
@@ -21,6 +26,4 @@ def encode(hint: Hint) -> str:
 def decode(line: str) -> Hint | None:
     """None for what this program does not know: a newer one may share the database."""
     kind, _, map_id = line.partition(" ")
-    if kind in ("work", "changed") and map_id.isdecimal():
-        return Hint("work" if kind == "work" else "changed", int(map_id))
-    return None
+    return Hint(_KINDS[kind], int(map_id)) if kind in _KINDS and map_id.isdecimal() else None

@@ -152,6 +152,64 @@ class EventRow:
     created_at: datetime
 
 
+@dataclass(frozen=True)
+class UntoldRow:
+    """An event that nobody has been told of yet."""
+
+    id: int
+    robot_id: str
+    owner: str | None
+    map_id: int
+    map_name: str
+    map_title: str
+    kind: str
+    data: Json
+    created_at: datetime
+
+
+@dataclass(frozen=True)
+class ReceiverRow:
+    """Where messages go."""
+
+    id: int
+    key: str
+    channel: str
+    person: str
+    """Whose it is."""
+    fleet: bool
+    address: str
+    label: str
+    kinds: list[str] | None
+    keys: Json
+    created_at: datetime
+    confirmed_at: datetime | None
+    delivered_at: datetime | None
+    failures: int
+    failing_since: datetime | None
+    resume_at: datetime | None
+    ended_at: datetime | None
+    ended_reason: str | None
+
+
+@dataclass(frozen=True)
+class DeliveryRow:
+    """One message, or part of one, to one receiver."""
+
+    id: int
+    key: str
+    receiver_id: int
+    kind: str
+    content: Json
+    state: str
+    attempts: int
+    due_at: datetime
+    created_at: datetime
+    tried_at: datetime | None
+    finished_at: datetime | None
+    status_code: int | None
+    reason: str | None
+
+
 RowT = TypeVar("RowT")
 
 

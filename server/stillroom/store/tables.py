@@ -164,6 +164,9 @@ conflict = sa.Table(
     sa.Column("opened_at", UtcDateTime, nullable=False),
     sa.Column("due_at", UtcDateTime),  # when the default answer takes effect; null: nobody is asked
     sa.Column("waits", sa.Boolean, nullable=False),  # for an answer, or for that moment
+    sa.Column(
+        "quiet", sa.Boolean, nullable=False, server_default=sa.false()
+    ),  # the same was dismissed before: no message
     sa.UniqueConstraint("map_id", "key"),
 )
 _waiting = conflict.c.waits
@@ -241,4 +244,85 @@ login_link = sa.Table(
     sa.Column("owner", sa.String(320)),  # null: an operator's
     sa.Column("expires_at", UtcDateTime, nullable=False),
     sa.Column("used_at", UtcDateTime),
+)
+
+preference = sa.Table(
+    "preference",  # what a person wants to be told by a channel; without a row, everything
+    metadata,
+    sa.Column("person", sa.String(400), primary_key=True),  # as versions name who made them
+    sa.Column("channel", sa.String(8), primary_key=True),
+    sa.Column("kinds", sa.JSON, nullable=False),
+)
+
+receiver = sa.Table(
+    "receiver",  # where messages go: a person's address or browser, or a program's URL
+    metadata,
+    sa.Column("id", BigId, primary_key=True),
+    sa.Column("key", sa.String(40), nullable=False, unique=True),  # what the API calls it
+    sa.Column("channel", sa.String(8), nullable=False),
+    sa.Column("person", sa.String(400), nullable=False, index=True),  # whose it is
+    sa.Column("fleet", sa.Boolean, nullable=False),  # told about all robots, whoever owns them
+    sa.Column("address", sa.Text, nullable=False),  # e-mail address or URL
+    sa.Column("digest", sa.String(64), nullable=False),  # SHA-256 of the address
+    sa.Column("label", sa.String(200), nullable=False),
+    sa.Column("kinds", sa.JSON(none_as_null=True)),  # of a webhook: the types it takes; null: all
+    sa.Column("keys", sa.JSON, nullable=False),  # what messages are signed or encrypted with
+    sa.Column("created_at", UtcDateTime, nullable=False),
+    sa.Column("confirmed_at", UtcDateTime),  # null: nothing but the question whether it is right goes there
+    sa.Column("delivered_at", UtcDateTime),
+    sa.Column("failures", sa.Integer, nullable=False),  # on end
+    sa.Column("failing_since", UtcDateTime),
+    sa.Column("resume_at", UtcDateTime),  # nothing is sent before
+    sa.Column("ended_at", UtcDateTime),  # nothing is sent any more
+    sa.Column("ended_reason", sa.Text),
+)
+sa.Index(
+    "ix_receiver_email",
+    receiver.c.person,
+    unique=True,
+    sqlite_where=receiver.c.channel == "email",
+    postgresql_where=receiver.c.channel == "email",
+)
+sa.Index(
+    "ix_receiver_push",
+    receiver.c.digest,
+    unique=True,
+    sqlite_where=receiver.c.channel == "push",
+    postgresql_where=receiver.c.channel == "push",
+)
+
+outbox = sa.Table(
+    "outbox",  # events that nobody has been told of yet
+    metadata,
+    sa.Column("event_id", sa.ForeignKey("event.id"), primary_key=True, autoincrement=False),
+)
+
+delivery = sa.Table(
+    "delivery",  # one message, or part of one, to one receiver
+    metadata,
+    sa.Column("id", BigId, primary_key=True),
+    sa.Column("key", sa.String(40), nullable=False),  # what the receiver knows it by; equal for a replay
+    sa.Column("receiver_id", sa.ForeignKey("receiver.id"), nullable=False),
+    sa.Column("kind", sa.String(32), nullable=False),
+    sa.Column("content", sa.JSON, nullable=False),
+    sa.Column("state", sa.String(12), nullable=False),
+    sa.Column("attempts", sa.Integer, nullable=False),
+    sa.Column("due_at", UtcDateTime, nullable=False),  # while claimed, the end of the lease
+    sa.Column("claim", sa.String(32)),
+    sa.Column("created_at", UtcDateTime, nullable=False),
+    sa.Column("tried_at", UtcDateTime),
+    sa.Column("finished_at", UtcDateTime),
+    sa.Column("status_code", sa.Integer),  # of the last answer
+    sa.Column("reason", sa.Text),  # why it failed last
+)
+_underway = delivery.c.state == "waiting"
+sa.Index("ix_delivery_due_at", delivery.c.due_at, sqlite_where=_underway, postgresql_where=_underway)
+sa.Index("ix_delivery_receiver_id_id", delivery.c.receiver_id, delivery.c.id)
+sa.Index("ix_delivery_finished_at", delivery.c.finished_at)
+
+service_key = sa.Table(
+    "service_key",  # secrets that all machines of the service share
+    metadata,
+    sa.Column("name", sa.String(32), primary_key=True),
+    sa.Column("value", sa.Text, nullable=False),
 )
