@@ -10,7 +10,21 @@ from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from stillroom import __version__
-from stillroom.api import conflicts, edits, events, exports, health, maps, missions, problems, robots, schema, web
+from stillroom.api import (
+    conflicts,
+    edits,
+    events,
+    exports,
+    health,
+    maps,
+    missions,
+    notifications,
+    problems,
+    robots,
+    schema,
+    web,
+    webhooks,
+)
 from stillroom.api.body_limit import BodyLimit
 from stillroom.api.context import Parts
 from stillroom.service.signals import Signals
@@ -36,6 +50,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
         settings.resolvers,
         static,
         signals or Signals(),
+        settings.messaging,
     )
     app = FastAPI(
         title="stillroom",
@@ -50,7 +65,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
     problems.install(app)
     app.add_middleware(BodyLimit)
     app.add_middleware(SecurityHeaders)
-    for part in (robots, missions, maps, conflicts, edits, exports, events, health, problems):
+    for part in (robots, missions, maps, conflicts, edits, exports, events, notifications, webhooks, health, problems):
         app.include_router(part.router)
     schema.install(app)
     app.include_router(web.router)  # last: it takes every path that is left

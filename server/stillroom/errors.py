@@ -125,3 +125,10 @@ class Unavailable(StillroomError):
     def __init__(self, detail: str, retry_after_s: int = 5) -> None:
         super().__init__(detail)
         self.retry_after_s = retry_after_s
+
+
+class TooMany(Unavailable):
+    """The caller has asked for this too often; `retry_after_s` says when to try again."""
+
+    slug = "too-many"
+    title = "Asked too often"

@@ -3,8 +3,10 @@
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, get_args
+from urllib.parse import urlsplit
 
 if TYPE_CHECKING:  # a command that only prints must not wait for the pipeline's libraries
     from stillroom.pipeline.update import ResolverName
@@ -21,6 +23,42 @@ class InvalidSetting(Exception):
     """The environment asks for what there is not."""
 
 
+MailSecurity = Literal["starttls", "tls", "none"]
+_PORTS: Mapping[MailSecurity, int] = {"starttls": 587, "tls": 465, "none": 25}
+
+
+@dataclass(frozen=True)
+class MailServer:
+    """Which server sends e-mail, and in whose name."""
+
+    host: str
+    port: int
+    security: MailSecurity
+    user: str | None
+    password: str | None
+    sender: str
+
+
+@dataclass(frozen=True)
+class Outbound:
+    """Where messages may go that people gave addresses for: by https to public addresses, and to what is named here."""
+
+    networks: tuple[IPv4Network | IPv6Network, ...] = ()
+    """Not public, and allowed all the same."""
+    insecure_http: bool = False
+
+
+@dataclass(frozen=True)
+class Messaging:
+    """How people and their programs are told what happens."""
+
+    public_url: str = "http://127.0.0.1:8000"
+    """Where people reach the service: what links in messages begin with."""
+    mail: MailServer | None = None
+    """None: no e-mail is sent."""
+    outbound: Outbound = Outbound()
+
+
 @dataclass(frozen=True)
 class Settings:
     data_dir: Path
@@ -32,6 +70,7 @@ class Settings:
     """Bearer token of an operator."""
     resolvers: "tuple[ResolverName, ...]" = _RESOLVERS[_ALL_RESOLVERS]
     """How far missions are helped by the meta layer: all of it, or one of the paper's ablation rows."""
+    messaging: Messaging = Messaging()
 
     @staticmethod
     def from_environment(environment: Mapping[str, str] = os.environ) -> "Settings":
@@ -43,6 +82,7 @@ class Settings:
             grid_store_url=environment.get("STILLROOM_GRID_STORE_URL") or str(data_dir / "grids"),
             admin_token=environment.get("STILLROOM_ADMIN_TOKEN") or None,
             resolvers=_resolvers(environment.get("STILLROOM_RESOLVERS") or _ALL_RESOLVERS),
+            messaging=_messaging(environment),
         )
 
 
@@ -50,3 +90,65 @@ def _resolvers(value: str) -> "tuple[ResolverName, ...]":
     if value not in _RESOLVERS:
         raise InvalidSetting(f"STILLROOM_RESOLVERS is {value!r}; it can be {', '.join(map(repr, _RESOLVERS))}.")
     return _RESOLVERS[value]
+
+
+def _messaging(environment: Mapping[str, str]) -> Messaging:
+    networks = (environment.get("STILLROOM_WEBHOOK_NETWORKS") or "").replace(",", " ").split()
+    return Messaging(
+        public_url=_url(environment.get("STILLROOM_PUBLIC_URL") or Messaging.public_url),
+        mail=_mail_server(environment) if environment.get("STILLROOM_SMTP_HOST") else None,
+        outbound=Outbound(tuple(map(_network, networks)), _flag(environment, "STILLROOM_WEBHOOK_HTTP")),
+    )
+
+
+def _mail_server(environment: Mapping[str, str]) -> MailServer:
+    security = environment.get("STILLROOM_SMTP_SECURITY") or "starttls"
+    if security not in get_args(MailSecurity):
+        raise InvalidSetting(f"STILLROOM_SMTP_SECURITY is {security!r}; it can be 'starttls', 'tls' or 'none'.")
+    known: MailSecurity = security  # type: ignore[assignment]
+    port = environment.get("STILLROOM_SMTP_PORT") or str(_PORTS[known])
+    if not port.isdecimal() or not 0 < int(port) < 2**16:
+        raise InvalidSetting(f"STILLROOM_SMTP_PORT is {port!r}; it must be a port's number.")
+    sender = environment.get("STILLROOM_MAIL_FROM") or ""
+    if "@" not in sender:
+        raise InvalidSetting("STILLROOM_MAIL_FROM must be the address that e-mail comes from.")
+    return MailServer(
+        host=environment["STILLROOM_SMTP_HOST"],
+        port=int(port),
+        security=known,
+        user=environment.get("STILLROOM_SMTP_USER") or None,
+        password=_secret(environment, "STILLROOM_SMTP_PASSWORD"),
+        sender=sender,
+    )
+
+
+def _secret(environment: Mapping[str, str], name: str) -> str | None:
+    """Its value, or the content of the file that `…_FILE` names."""
+    file = environment.get(f"{name}_FILE")
+    if not file:
+        return environment.get(name) or None
+    try:
+        return Path(file).read_text().strip() or None
+    except OSError as error:
+        raise InvalidSetting(f"{name}_FILE can't be read: {error.strerror}.") from error
+
+
+def _url(value: str) -> str:
+    parts = urlsplit(value)
+    if parts.scheme not in ("http", "https") or not parts.hostname or parts.query or parts.fragment:
+        raise InvalidSetting(f"STILLROOM_PUBLIC_URL is {value!r}; it must be like https://maps.example.org.")
+    return value.rstrip("/")
+
+
+def _network(value: str) -> IPv4Network | IPv6Network:
+    try:
+        return ip_network(value)
+    except ValueError as error:
+        raise InvalidSetting(f"STILLROOM_WEBHOOK_NETWORKS holds {value!r}, which is no network: {error}.") from error
+
+
+def _flag(environment: Mapping[str, str], name: str) -> bool:
+    value = environment.get(name) or "false"
+    if value not in ("true", "false"):
+        raise InvalidSetting(f"{name} is {value!r}; it can be 'true' or 'false'.")
+    return value == "true"

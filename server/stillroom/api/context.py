@@ -17,6 +17,7 @@ from stillroom.service import accounts
 from stillroom.service.accounts import Action, Principal
 from stillroom.service.planning import Means
 from stillroom.service.signals import Signals
+from stillroom.settings import Messaging
 from stillroom.store import robots
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
@@ -36,6 +37,7 @@ class Parts:
     resolvers: tuple[ResolverName, ...]
     static: FilePath
     signals: Signals
+    messaging: Messaging
 
     @cached_property
     def database(self) -> Database:

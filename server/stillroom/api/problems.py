@@ -31,6 +31,7 @@ STATUS_CODES: dict[type[StillroomError], int] = {
     errors.StaleVersion: 412,
     errors.Unauthenticated: 401,
     errors.Forbidden: 403,
+    errors.TooMany: 429,
     errors.Unavailable: 503,
 }
 MEDIA_TYPE = "application/problem+json"

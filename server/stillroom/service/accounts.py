@@ -87,6 +87,11 @@ def signature(caller: Principal) -> str:
             return "operator"
 
 
+def looking_after(owner: str | None) -> str:
+    """Signature of the person who is told about the robots of `owner`: the operator, where they are nobody's."""
+    return signature(_person(owner))
+
+
 def who(caller: Principal) -> api.Caller:
     match caller:
         case Robot(own):

@@ -210,6 +210,14 @@ def count_since(tx: Transaction, person: str, kind: str, since: datetime) -> int
     return number
 
 
+def trouble(tx: Transaction, receiver_id: int) -> str | None:
+    """Why the last message could not be delivered; None where it was, or nothing was tried yet."""
+    tried = delivery.c.receiver_id == receiver_id, delivery.c.tried_at.is_not(None)
+    query = sa.select(delivery.c.state, delivery.c.reason).where(*tried).order_by(delivery.c.tried_at.desc()).limit(1)
+    last = tx.execute(query).first()
+    return None if last is None or last.state in ("delivered", "dropped") else last.reason
+
+
 def prune(tx: Transaction, before: datetime, limit: int) -> int:
     """Forgets messages that were finished before then; how many."""
     old = sa.select(delivery.c.id).where(delivery.c.finished_at < before).limit(limit)

@@ -13,6 +13,10 @@ from stillroom.store.database import Transaction, insert_unless_there, upsert
 from stillroom.store.rows import Json, ReceiverRow, as_row, as_row_or_none, columns
 from stillroom.store.tables import delivery, preference, receiver, service_key
 
+FRESH: Mapping[str, Any] = {
+    "failures": 0, "failing_since": None, "resume_at": None, "ended_at": None, "ended_reason": None,
+}  # fmt: skip
+"""What is changed where nothing that went wrong before says anything any more."""
 _RECEIVER = sa.select(*columns(receiver, ReceiverRow))
 
 
@@ -68,7 +72,7 @@ def listening(tx: Transaction, person: str) -> Sequence[ReceiverRow]:
 def change(tx: Transaction, receiver_id: int, values: Mapping[str, Any]) -> None:
     if "address" in values:
         values = dict(values) | {"digest": _digest(values["address"])}
-    tx.execute(sa.update(receiver).where(receiver.c.id == receiver_id).values(**values))
+    tx.execute(sa.update(receiver).where(receiver.c.id == receiver_id).values(dict(values)))
 
 
 def remove(tx: Transaction, receiver_id: int) -> None:

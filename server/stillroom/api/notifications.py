@@ -1,0 +1,112 @@
+"""What people are told: their choice, their address, their browsers."""
+
+from html import escape
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Query
+from starlette.responses import HTMLResponse, Response
+
+from stillroom.api.context import Caller, Service, document
+from stillroom.documents.notifications import (
+    NewEmail,
+    NewPushSubscription,
+    NotificationChoice,
+    NotificationSettings,
+    PushSubscriptionDocument,
+)
+from stillroom.errors import InvalidInput
+from stillroom.service import notifications
+
+router = APIRouter()
+_BASE = "/api/v1/notifications"
+SubscriptionId = Annotated[str, Path(alias="subscription", pattern=r"^[A-Za-z0-9_-]{1,40}$")]
+Token = Annotated[str, Query(max_length=2000)]
+
+
+@router.get(_BASE, response_model=NotificationSettings)
+def show(service: Service, who: Caller) -> Response:
+    return document(notifications.settings_of(service.database, who, service.messaging))
+
+
+@router.patch(_BASE, response_model=NotificationSettings)
+def choose(service: Service, who: Caller, choice: NotificationChoice) -> Response:
+    """What is told, by which channel."""
+    return document(notifications.choose(service.database, who, choice, service.messaging))
+
+
+@router.put(_BASE + "/email", status_code=202, response_model=NotificationSettings)
+def set_email(service: Service, who: Caller, new: NewEmail) -> Response:
+    """A link is sent to the address, and nothing else before it was opened; the same address again sends another link."""
+    return document(notifications.set_email(service.database, who, new.address, service.messaging), 202)
+
+
+@router.delete(_BASE + "/email", status_code=204)
+def remove_email(service: Service, who: Caller) -> Response:
+    notifications.remove_email(service.database, who)
+    return Response(status_code=204)
+
+
+@router.post(_BASE + "/push/subscriptions", status_code=201, response_model=PushSubscriptionDocument)
+def subscribe(service: Service, who: Caller, new: NewPushSubscription) -> Response:
+    """The same browser again is the same subscription."""
+    return document(notifications.subscribe(service.database, who, new, service.messaging), 201)
+
+
+@router.delete(_BASE + "/push/subscriptions/{subscription}", status_code=204)
+def unsubscribe(service: Service, who: Caller, key: SubscriptionId) -> Response:
+    notifications.unsubscribe(service.database, who, key)
+    return Response(status_code=204)
+
+
+@router.post(_BASE + "/push/subscriptions/{subscription}/test", status_code=202)
+def send_test(service: Service, who: Caller, key: SubscriptionId) -> Response:
+    """Queues a message to this browser."""
+    notifications.send_test(service.database, who, key)
+    return Response(status_code=202)
+
+
+# -- where links in e-mail lead: whoever opens them need not be signed in, nor have a script run ------------------------
+
+
+@router.get("/email/confirm", include_in_schema=False)
+def ask_to_confirm(token: Token) -> HTMLResponse:
+    """Programs that look at every link in an e-mail must not confirm by that: a person presses a button."""
+    return _page("Confirm your address", "Messages about your maps will be sent to it.", ("Confirm", token))
+
+
+@router.post("/email/confirm", include_in_schema=False)
+def confirm(service: Service, token: Token) -> HTMLResponse:
+    try:
+        address = notifications.confirm_email(service.database, token)
+    except InvalidInput as error:
+        return _page("That did not work", error.detail, status=422)
+    return _page("Address confirmed", f"Messages are sent to {address} from now on.")
+
+
+@router.get("/email/stop", include_in_schema=False)
+def ask_to_stop(token: Token) -> HTMLResponse:
+    return _page("No more messages?", "None will be sent to this address any more.", ("Stop messages", token))
+
+
+@router.post("/email/stop", include_in_schema=False)
+def stop(service: Service, token: Token) -> HTMLResponse:
+    """Also what programs send for a person who presses their button (RFC 8058)."""
+    try:
+        address = notifications.stop_email(service.database, token)
+    except InvalidInput as error:
+        return _page("That did not work", error.detail, status=422)
+    return _page("No more messages", f"Nothing is sent to {address} any more.")
+
+
+def _page(title: str, text: str, button: tuple[str, str] | None = None, status: int = 200) -> HTMLResponse:
+    form = ""
+    if button is not None:
+        form = f'<form method=post action="?token={escape(button[1], quote=True)}"><button>{escape(button[0])}</button></form>'
+    return HTMLResponse(
+        "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'>"
+        f"<title>{escape(title)}</title><style>body{{font:1.1rem/1.5 sans-serif;max-width:34rem;margin:3rem auto;"
+        "padding:0 1rem}button{font:inherit;padding:.6rem 1.2rem;min-height:44px}</style>"
+        f"<main><h1>{escape(title)}</h1><p>{escape(text)}</p>{form}</main></html>",
+        status,
+        {"Referrer-Policy": "no-referrer", "Cache-Control": "no-store"},
+    )
