@@ -357,3 +357,5 @@ class Event(Document):
     cause: Cause | None = None
     conflict: str | None = None
     state: ConflictState | None = None
+    quiet: bool | None = None
+    """Of a conflict that was opened: nobody is sent a message about it."""

@@ -74,6 +74,8 @@ class ConflictDocument(Document):
     """The version in force after it ended."""
     superseded_by: str | None
     """The later mission that made it pointless."""
+    quiet: bool
+    """The same was dismissed before and is no worse now: nobody was sent a message."""
     url: str
 
 

@@ -89,5 +89,5 @@ def _document(row: ConflictRow, proposed: Sequence[ProposalRow]) -> ConflictDocu
 
 _SAME = (
     "kind", "cause", "rooms", "dividers", "restrictions", "mission", "base_version", "state", "summary", "opened_at",
-    "fold_count", "response", "proposal", "note", "decided_by", "decided_at", "version", "superseded_by",
+    "fold_count", "response", "proposal", "note", "decided_by", "decided_at", "version", "superseded_by", "quiet",
 )  # fmt: skip

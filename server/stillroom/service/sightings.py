@@ -14,6 +14,7 @@ from stillroom.documents.stored import encode_ids, encode_map, encode_motion
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.conflicts import Conflict, Proposal
 from stillroom.pipeline.update import MapUpdate
+from stillroom.service.quiet import is_quiet
 from stillroom.store import conflicts, maps
 from stillroom.store.conflicts import Ending, NewConflict, NewProposal, NewSighting
 from stillroom.store.database import Transaction
@@ -80,10 +81,13 @@ def keep(tx: Transaction, met: Met, version: int | None, now: datetime) -> list[
     for found in met.found:
         conflict_id = _met_before(found, standing, put_off)
         if conflict_id is None:
-            conflict_id = _open(tx, met.of, found, now)
+            told = conflicts.last_told(tx, met.of.id, found.place, found.conflict.resolved)
+            quiet = is_quiet(found.conflict.rooms, told, now)
+            conflict_id = _open(tx, met.of, found, quiet, now)
             if conflict_id is not None:
                 state = "resolved_automatically" if found.conflict.resolved else "open"
-                happened.append(_event(found.conflict.id, met, version, state))
+                kind, data = _event(found.conflict.id, met, version, state)
+                happened.append((kind, data | {"quiet": quiet}))
         if conflict_id is not None and conflict_id not in seen:
             seen.add(conflict_id)
             conflicts.add_sighting(tx, _sighting(conflict_id, found.conflict, met), found.proposals)
@@ -101,11 +105,11 @@ def _met_before(found: Found, standing: Sequence[ConflictRow], put_off: Sequence
     return next(same, next((row.id for row in put_off if row.place == found.place), None))
 
 
-def _open(tx: Transaction, of: MapRow, found: Found, now: datetime) -> int | None:
+def _open(tx: Transaction, of: MapRow, found: Found, quiet: bool, now: datetime) -> int | None:
     conflict = found.conflict
     due_at = None if conflict.resolved else now + ANSWER_WITHIN
     return conflicts.add(
-        tx, NewConflict(of.id, conflict.id, conflict.kind, found.place, conflict.resolved, now, due_at)
+        tx, NewConflict(of.id, conflict.id, conflict.kind, found.place, conflict.resolved, now, due_at, quiet)
     )
 
 

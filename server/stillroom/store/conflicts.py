@@ -56,6 +56,8 @@ class NewConflict:
     opened_at: datetime
     due_at: datetime | None
     """When the default answer takes effect; None: nobody is asked."""
+    quiet: bool
+    """Nobody is sent a message."""
 
 
 @dataclass(frozen=True)
@@ -132,6 +134,13 @@ def by_key(tx: Transaction, map_id: int, key: str) -> ConflictRow | None:
 def standing(tx: Transaction, map_id: int) -> Sequence[ConflictRow]:
     """Those of a map that nothing has ended, the oldest first."""
     return _rows(tx, _CONFLICT.where(conflict.c.map_id == map_id, ~_ended).order_by(conflict.c.id))
+
+
+def last_told(tx: Transaction, map_id: int, place: str, resolved: bool) -> ConflictRow | None:
+    """The newest that ended, of those about the same that people were told of."""
+    same = conflict.c.map_id == map_id, conflict.c.place == place, conflict.c.resolved == resolved
+    query = _CONFLICT.where(*same, ~conflict.c.quiet, _ended).order_by(conflict.c.id.desc()).limit(1)
+    return as_row_or_none(ConflictRow, tx.execute(query).first())
 
 
 def put_off(tx: Transaction, map_id: int, since: datetime) -> Sequence[ConflictRow]:

@@ -129,6 +129,8 @@ class ConflictRow:
     decided_at: datetime | None
     version: int | None
     superseded_by: str | None
+    quiet: bool
+    """The same was dismissed before: nobody was sent a message."""
 
 
 @dataclass(frozen=True)
