@@ -4,6 +4,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from socket import socket
 from types import FrameType
@@ -49,12 +50,21 @@ def default_workers() -> int:
 
 def serve(settings: Settings, host: str, port: int, worker_count: int) -> None:
     """Until SIGINT or SIGTERM. Brings the database to the newest schema first."""
+    if not settings.messaging.public_url:
+        settings = replace(settings, messaging=replace(settings.messaging, public_url=_url(host, port)))
     database = Database(settings.database_url)
     migrate.migrate(database)
     signals = Signals()
     app = create_app(settings, signals)
-    workers = Workers(settings.database_url, settings.grid_store_url, settings.resolvers, worker_count, signals.hear)
-    signals.wake_workers = workers.wake
+    workers = Workers(
+        settings.database_url,
+        settings.grid_store_url,
+        settings.resolvers,
+        worker_count,
+        signals.hear,
+        settings.messaging,
+    )
+    signals.wake_workers, signals.wake_messenger = workers.wake, workers.wake_messenger
     config = uvicorn.Config(
         app, host=host, port=port, log_level="warning", timeout_graceful_shutdown=GRACE_S, server_header=False
     )
@@ -73,9 +83,13 @@ def _end(_signal: int, _frame: FrameType | None) -> None:
 
 
 def announce(host: str, port: int, link_secret: str, settings: Settings) -> None:
-    shown = "127.0.0.1" if host in ("0.0.0.0", "::", "") else host
-    base = f"http://{f'[{shown}]' if ':' in shown else shown}:{port}"
+    base = _url(host, port)
     print(f"stillroom serves {base}", flush=True)
     print(f"Sign in, once, with this link: {base}/login?token={link_secret}", flush=True)
     if settings.admin_token is None:
         print("No operator token: set STILLROOM_ADMIN_TOKEN to use the API as an operator.", flush=True)
+
+
+def _url(host: str, port: int) -> str:
+    shown = "127.0.0.1" if host in ("0.0.0.0", "::", "") else host
+    return f"http://{f'[{shown}]' if ':' in shown else shown}:{port}"

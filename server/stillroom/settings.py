@@ -52,8 +52,8 @@ class Outbound:
 class Messaging:
     """How people and their programs are told what happens."""
 
-    public_url: str = "http://127.0.0.1:8000"
-    """Where people reach the service: what links in messages begin with."""
+    public_url: str = ""
+    """Where people reach the service: what links in messages begin with. Empty: where it listens."""
     mail: MailServer | None = None
     """None: no e-mail is sent."""
     outbound: Outbound = Outbound()
@@ -95,7 +95,7 @@ def _resolvers(value: str) -> "tuple[ResolverName, ...]":
 def _messaging(environment: Mapping[str, str]) -> Messaging:
     networks = (environment.get("STILLROOM_WEBHOOK_NETWORKS") or "").replace(",", " ").split()
     return Messaging(
-        public_url=_url(environment.get("STILLROOM_PUBLIC_URL") or Messaging.public_url),
+        public_url=_url(environment["STILLROOM_PUBLIC_URL"]) if environment.get("STILLROOM_PUBLIC_URL") else "",
         mail=_mail_server(environment) if environment.get("STILLROOM_SMTP_HOST") else None,
         outbound=Outbound(tuple(map(_network, networks)), _flag(environment, "STILLROOM_WEBHOOK_HTTP")),
     )

@@ -1,6 +1,6 @@
 """Pictures of maps: the grid, its rooms in colours with names and areas, walls, dividers, clutter, restrictions; and contact sheets."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from math import ceil, sqrt
 
@@ -29,6 +29,7 @@ EDGE_OF_KNOWN: Colour = (190, 160, 130)
 DIVIDER: Colour = (40, 110, 20)
 META: Colour = (200, 60, 170)
 CLUTTER: Colour = (95, 125, 150)
+EMPHASIS: Colour = (20, 90, 240)
 RESTRICTION: dict[str, Colour] = {"no_go": (40, 40, 215), "virtual_wall": (40, 40, 215), "no_mop": (215, 130, 30)}
 ROOMS: tuple[Colour, ...] = (
     (169, 218, 202),
@@ -71,8 +72,13 @@ class _Canvas:
         cv2.addWeighted(self.image, share, below, 1 - share, 0, dst=self.image)
 
 
-def draw(grid: OccupancyGrid, semantic_map: SemanticMap | None = None) -> Image:
-    """What is known of the grid, and over it the map's rooms and features; at most 1200 pixels on the longer side."""
+def draw(
+    grid: OccupancyGrid, semantic_map: SemanticMap | None = None, emphasised: Collection[str] = frozenset()
+) -> Image:
+    """What is known of the grid, and over it the map's rooms and features; at most 1200 pixels on the longer side.
+
+    `emphasised`: ids of rooms that have a bold outline.
+    """
     grid = _known_part(grid)
     frame = grid.frame
     fits = LONGEST_SIDE / max(frame.width, frame.height)
@@ -83,6 +89,9 @@ def draw(grid: OccupancyGrid, semantic_map: SemanticMap | None = None) -> Image:
         _draw_features(canvas, semantic_map)
         for restriction in semantic_map.restrictions:
             _draw_restriction(canvas, restriction)
+        for room in semantic_map.rooms:
+            if room.id in emphasised:
+                canvas.line(shapely.get_coordinates(room.polygon.exterior), EMPHASIS, 5)
         for room in semantic_map.rooms:
             _label(canvas, room)
     return canvas.image

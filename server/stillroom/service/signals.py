@@ -18,10 +18,12 @@ class _Watch:
 
 
 class Signals:
-    """Hears hints and passes them on: to `wake_workers` that there is something to do, to whoever watches that a map changed."""
+    """Hears hints and passes them on: that there is something to do, or to tell, and to whoever watches that a map changed."""
 
-    def __init__(self, wake_workers: Callable[[], None] = lambda: None) -> None:
-        self.wake_workers = wake_workers
+    def __init__(
+        self, wake_workers: Callable[[], None] = lambda: None, wake_messenger: Callable[[], None] = lambda: None
+    ) -> None:
+        self.wake_workers, self.wake_messenger = wake_workers, wake_messenger
         self.closed = False
         self._watches: set[_Watch] = set()
         self._lock = threading.Lock()
@@ -42,12 +44,15 @@ class Signals:
         """From any thread."""
         if hint.kind == "work":
             self.wake_workers()
+        elif hint.kind == "message":
+            self.wake_messenger()
         else:
             self._set(lambda watch: watch.map_id in (None, hint.map_id))
 
     def catch_up(self) -> None:
         """Hints may have been missed: all look for themselves."""
         self.wake_workers()
+        self.wake_messenger()
         self._set(lambda _watch: True)
 
     def close(self) -> None:

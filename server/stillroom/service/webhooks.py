@@ -16,6 +16,7 @@ from stillroom.documents.notifications import (
 )
 from stillroom.errors import Fault, Forbidden, InvalidInput, NotFound
 from stillroom.service.accounts import Operator, Principal, Robot, signature
+from stillroom.service.messages.announcing import webhook_body
 from stillroom.service.messages.outbound import check_url
 from stillroom.service.paging import page_of
 from stillroom.settings import Outbound
@@ -23,7 +24,7 @@ from stillroom.store import clock, deliveries, receivers
 from stillroom.store.database import Database, Transaction
 from stillroom.store.deliveries import NewDelivery
 from stillroom.store.receivers import FRESH, NewReceiver
-from stillroom.store.rows import DeliveryRow, Json, ReceiverRow
+from stillroom.store.rows import DeliveryRow, ReceiverRow
 
 MOST = 20
 """Webhooks of one person."""
@@ -120,7 +121,7 @@ def send_test(database: Database, caller: Principal, key: str) -> DeliveryDocume
     """Queues an event of the type `test`. Raises NotFound, and InvalidInput where the webhook is switched off."""
     with database.write() as tx:
         row, now = _find_on(tx, caller, key), clock.now(tx)
-        body: Json = {"type": "test", "timestamp": now.isoformat(), "data": {"webhook": row.key}}
+        body = webhook_body("test", now, {"webhook": row.key})
         return _queue(tx, row, NewDelivery(row.id, "test", body, now), now)
 
 

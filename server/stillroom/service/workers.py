@@ -2,7 +2,8 @@
 
 Three pipes tie them to the process that serves: `work` (a byte: there is something to do), `hints` (lines: what their commits
 changed; on PostgreSQL the database carries those) and `alive`, which nobody ever writes to: it ends when the serving process
-does, however it dies.
+does, however it dies. The messenger is one more process, with a pipe of its own that wakes it: missions never wait for a
+receiver of messages.
 """
 
 import multiprocessing
@@ -11,12 +12,14 @@ import os
 import select
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
+from pathlib import Path
 from time import monotonic, sleep
+from typing import Any
 
 import cv2
 import structlog
@@ -24,7 +27,9 @@ import structlog
 from stillroom import logs
 from stillroom.pipeline.update import ResolverName
 from stillroom.service.decisions import AT_ONCE, expire
+from stillroom.service.messages.messenger import Messenger
 from stillroom.service.processing import process_next
+from stillroom.settings import Messaging
 from stillroom.store import lanes
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
@@ -34,6 +39,9 @@ IDLE_S = 5.0
 """A worker that was not woken looks for work this often, in case a wake-up was lost."""
 SWEEP_S = 30.0
 """So late at most does a deadline take effect."""
+FORGET_S = 3600.0
+Job = tuple[Callable[..., None], tuple[Any, ...]]
+"""What a process runs, and with what."""
 _RESTART_PAUSE_S = 1.0
 
 log = structlog.get_logger()
@@ -48,9 +56,7 @@ def run_worker(
     alive: Connection,
 ) -> None:
     """The whole life of a worker process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the serving process, which ends `alive`
-    cv2.setNumThreads(1)
-    logs.configure()
+    _begin("stillroom work")
     database, grids = Database(database_url, partial(_pass_on, hints)), GridStore(grid_store)
     swept = -SWEEP_S
     while not _ended(alive):
@@ -64,6 +70,38 @@ def run_worker(
         except Exception:
             log.exception("a mission could not be processed; it is tried again when its lease has ended")
         _wait(work, alive, pause)
+
+
+def run_messenger(
+    database_url: str, grid_store: str, messaging: Messaging, wake: Connection, alive: Connection
+) -> None:
+    """The whole life of the process that delivers messages."""
+    _begin("stillroom tell")
+    free, freed = multiprocessing.Pipe(duplex=False)
+    os.set_blocking(free.fileno(), False)
+    os.set_blocking(freed.fileno(), False)
+    database, grids = Database(database_url), GridStore(grid_store)
+    messenger = Messenger(database, grids, messaging, finished=partial(_ring, freed))
+    forgot = -FORGET_S
+    while not _ended(alive):
+        pause = IDLE_S
+        try:
+            if monotonic() - forgot >= FORGET_S:
+                messenger.forget()
+                forgot = monotonic()
+            pause = messenger.step()
+        except Exception:
+            log.exception("messages could not be looked at; they are again in a moment")
+        _rest((wake, free), alive, pause)
+    messenger.close()
+
+
+def _begin(name: str) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the serving process, which ends `alive`
+    cv2.setNumThreads(1)
+    logs.configure()
+    with suppress(OSError):  # tells the processes apart, where the system has such names
+        Path("/proc/self/comm").write_text(name)
 
 
 def _sweep(database: Database) -> bool:
@@ -100,8 +138,25 @@ def _pass_on(hints: Connection, hint: Hint) -> None:
         )  # shorter than PIPE_BUF: lines of several workers don't mix
 
 
+def _ring(bell: Connection) -> None:
+    with suppress(BlockingIOError):  # it rings already
+        os.write(bell.fileno(), b"\n")
+
+
+def _rest(bells: Sequence[Connection], alive: Connection, seconds: float) -> None:
+    """Until one of the bells rings; each is heard once, however often it rang."""
+    readable, _, _ = select.select([*bells, alive], [], [], seconds)
+    for bell in bells:
+        if bell in readable:
+            with suppress(BlockingIOError):
+                os.read(bell.fileno(), 65536)
+
+
 class Workers:
-    """Starts `count` worker processes, and again each that dies, until `stop`."""
+    """Starts `count` worker processes, and again each that dies, until `stop`.
+
+    With `messaging` also the process that delivers messages, where there are workers at all.
+    """
 
     def __init__(
         self,
@@ -110,16 +165,21 @@ class Workers:
         resolvers: tuple[ResolverName, ...],
         count: int,
         hear: Callable[[Hint], None],
+        messaging: Messaging | None = None,
     ) -> None:
         self._hear = hear
         self._work_out, self._work_in = multiprocessing.Pipe(duplex=False)
         self._hints_out, self._hints_in = multiprocessing.Pipe(duplex=False)
         self._alive_out, self._alive_in = multiprocessing.Pipe(duplex=False)
-        os.set_blocking(self._work_out.fileno(), False)
-        os.set_blocking(self._work_in.fileno(), False)
-        self._arguments = (database_url, grid_store, resolvers, self._work_out, self._hints_in, self._alive_out)
+        self._bell_out, self._bell_in = multiprocessing.Pipe(duplex=False)
+        for pipe in (self._work_out, self._work_in, self._bell_out, self._bell_in):
+            os.set_blocking(pipe.fileno(), False)
+        work = database_url, grid_store, resolvers, self._work_out, self._hints_in, self._alive_out
+        self._jobs: list[Job] = [(run_worker, work)] * count
+        if messaging is not None and count:
+            self._jobs.append((run_messenger, (database_url, grid_store, messaging, self._bell_out, self._alive_out)))
         self._stopping = False
-        self._processes = [self._start() for _ in range(count)]
+        self._processes = [self._start(job) for job in self._jobs]
         self._threads = [
             threading.Thread(target=target, name=target.__name__, daemon=True)
             for target in (self._supervise, self._listen)
@@ -133,8 +193,11 @@ class Workers:
 
     def wake(self) -> None:
         """There is something to do."""
-        with suppress(BlockingIOError):  # the pipe is full of wake-ups already
-            os.write(self._work_in.fileno(), b"\n")
+        _ring(self._work_in)
+
+    def wake_messenger(self) -> None:
+        """There is something to tell."""
+        _ring(self._bell_in)
 
     def stop(self, patience_s: float = 20.0) -> None:
         """Lets each worker finish the mission it has."""
@@ -146,10 +209,11 @@ class Workers:
             if process.is_alive():
                 process.kill()
 
-    def _start(self) -> SpawnProcess:
+    def _start(self, job: Job) -> SpawnProcess:
         # there is a worker for every core: the linear algebra of one must not spread over those of the others
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        process = multiprocessing.get_context("spawn").Process(target=run_worker, args=self._arguments, daemon=True)
+        target, arguments = job
+        process = multiprocessing.get_context("spawn").Process(target=target, args=arguments, daemon=True)
         process.start()
         return process
 
@@ -160,7 +224,7 @@ class Workers:
                 if not self._stopping and not process.is_alive():
                     log.error("a worker died and is started again", pid=process.pid, exitcode=process.exitcode)
                     sleep(_RESTART_PAUSE_S)
-                    self._processes[index] = self._start()
+                    self._processes[index] = self._start(self._jobs[index])
 
     def _listen(self) -> None:
         rest = b""

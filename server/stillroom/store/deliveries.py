@@ -58,6 +58,10 @@ def post(tx: Transaction, event_ids: Sequence[int]) -> None:
         tx.execute(sa.insert(outbox), [{"event_id": event_id} for event_id in event_ids])
 
 
+def is_any_untold(tx: Transaction) -> bool:
+    return tx.execute(sa.select(outbox.c.event_id).limit(1)).first() is not None
+
+
 def untold(tx: Transaction, limit: int) -> Sequence[UntoldRow]:
     """Events of the outbox, the oldest first; another messenger passes them over until the transaction ends."""
     there = sa.select(outbox.c.event_id).order_by(outbox.c.event_id).limit(limit).with_for_update(skip_locked=True)
