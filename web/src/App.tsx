@@ -8,10 +8,13 @@ import { Header } from "./Header";
 import { MapsPage } from "./pages/MapsPage";
 import { SignedOutPage } from "./pages/SignedOutPage";
 import { Failure, Loading, Nothing } from "./pages/states";
+import { QUESTIONS_PATH } from "./paths";
 import { texts } from "./texts";
 
 // The map page brings the map library along, which the list of maps has no need of.
 const MapPage = lazy(() => import("./pages/MapPage"));
+const QuestionsPage = lazy(() => import("./pages/QuestionsPage"));
+const ReviewPage = lazy(() => import("./review/ReviewPage"));
 
 export function App() {
   const robots = useQuery(robotsQuery);
@@ -43,6 +46,20 @@ export function App() {
           <Switch>
             <Route path="/">
               <MapsPage robots={robots.data.items} />
+            </Route>
+            <Route path={QUESTIONS_PATH}>
+              <QuestionsPage robots={robots.data.items} />
+            </Route>
+            <Route path="/robots/:robot/maps/:map/conflicts/:conflict">
+              {({ robot, map, conflict }) => (
+                <ReviewPage
+                  key={`${robot}/${map}/${conflict}`}
+                  robot={robot}
+                  map={map}
+                  conflict={conflict}
+                  robots={robots.data.items}
+                />
+              )}
             </Route>
             <Route path="/robots/:robot/maps/:map">
               {({ robot, map }) => (

@@ -1,10 +1,13 @@
 import { ActionIcon, useMantineColorScheme } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { Link } from "wouter";
 import { api } from "./api/client";
 import { useConnection } from "./api/live";
+import { questionsQuery } from "./api/queries";
 import classes from "./Header.module.css";
 import { Icon } from "./icons";
+import { QUESTIONS_PATH } from "./paths";
 import { switchLanguage, texts } from "./texts";
 
 const NEXT = { auto: "light", light: "dark", dark: "auto" } as const;
@@ -20,6 +23,7 @@ export function Header({ live }: { readonly live: boolean }) {
       </Link>
       <div className={classes.tools}>
         {live && <ConnectionState />}
+        {live && <QuestionBadge />}
         <button
           type="button"
           className={classes.language}
@@ -43,6 +47,20 @@ function ConnectionState() {
     <span className={classes.connection} role="status" data-state={connection} title={hint}>
       <span className={classes.state}>{label}</span>
     </span>
+  );
+}
+
+/** How much waits for an answer, wherever one is. */
+function QuestionBadge() {
+  const open = useQuery(questionsQuery("open"));
+  if (!open.data) return null;
+  const n = open.data.items.length;
+  const said = texts.questions.badge(n);
+  return (
+    <Link href={QUESTIONS_PATH} className={classes.questions} aria-label={said} title={said} data-open={n > 0}>
+      <Icon name="ask" />
+      {n > 0 && <span className={classes.count}>{open.data.next === null ? n : `${n}+`}</span>}
+    </Link>
   );
 }
 

@@ -1,5 +1,10 @@
 /** Addresses of pages. */
 
+export const QUESTIONS_PATH = "/questions";
+
+export const questionPath = (robot: string, map: string, conflict: string): string =>
+  `${mapPath(robot, map)}/conflicts/${encodeURIComponent(conflict)}`;
+
 export function mapPath(robot: string, map: string, version?: number): string {
   const path = `/robots/${encodeURIComponent(robot)}/maps/${encodeURIComponent(map)}`;
   return version === undefined ? path : `${path}?version=${version}`;

@@ -3,18 +3,24 @@
 import { setLocale } from "./numbers";
 import { en } from "./texts/en";
 import type { editorEn } from "./texts/en.editor";
+import type { reviewEn } from "./texts/en.review";
 
 export { area, count } from "./numbers";
 
 export type Texts = typeof en;
+export type ConflictTexts = Readonly<Record<string, (rooms: string, percent: number) => string>>;
 export type EditorTexts = typeof editorEn;
+export type ReviewTexts = typeof reviewEn;
 export type Language = "en" | "de";
 
 const KEPT = "stillroom-language";
 
 export let texts: Texts = en;
-/** Those of the editor, where they are not the English ones, which come with the editor itself. */
+/** Those of the editor and of the review page, where they are not the English ones, which come with each of them. */
 export let editorTexts: EditorTexts | null = null;
+export let reviewTexts: ReviewTexts | null = null;
+/** What questions are about, where the service's own English is not wanted. */
+export let conflictTexts: ConflictTexts = {};
 export let language: Language = "en";
 
 /** To be called before anything is drawn. */
@@ -24,6 +30,8 @@ export async function chooseLanguage(): Promise<void> {
     const german = await import("./texts/de");
     texts = german.de;
     editorTexts = german.editorDe;
+    reviewTexts = german.reviewDe;
+    conflictTexts = german.conflictDe;
     language = "de";
   }
   setLocale(language);

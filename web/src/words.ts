@@ -1,7 +1,8 @@
 /** Facts of the API in plain words. */
 
+import { type Conflict, isDiscovery } from "./map/questions";
 import { currentLocale } from "./numbers";
-import { texts } from "./texts";
+import { conflictTexts, texts } from "./texts";
 
 const UNITS: readonly (readonly [Intl.RelativeTimeFormatUnit, number])[] = [
   ["year", 31_536_000],
@@ -78,6 +79,26 @@ interface MissionState {
 export function describeMission({ status, outcome, version }: MissionState): string {
   if (outcome === "reverted" && version === null) return texts.notCreated;
   return outcome === null ? (texts.status[status] ?? status) : (texts.outcome[outcome] ?? outcome);
+}
+
+/** What a question is about, in a sentence: the service's own in English. */
+export function describeConflict(conflict: Conflict): string {
+  const { kind, cause, state, rooms, summary } = conflict;
+  const settled = state === "resolved_automatically";
+  const keys = [
+    ...(isDiscovery(conflict) ? ["connectivity discovery"] : []),
+    `${kind} ${cause}`,
+    ...(settled && kind.startsWith("room_") ? ["settled"] : []),
+    kind,
+  ];
+  const say = keys.map((key) => conflictTexts[key]).find((one) => one !== undefined);
+  const names = listed(rooms.map(({ name }) => name));
+  return say?.(names, Math.round((1 - Math.min(1, ...rooms.map(({ recall }) => recall))) * 100)) ?? summary;
+}
+
+/** "Kitchen", "Kitchen and Hall", "Kitchen, Hall and Bath". */
+export function listed(names: readonly string[]): string {
+  return new Intl.ListFormat(currentLocale(), { style: "long", type: "conjunction" }).format(names);
 }
 
 interface Change {

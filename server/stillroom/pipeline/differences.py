@@ -10,7 +10,7 @@ from shapely import Polygon
 
 from stillroom.maps.geometry import Pose, as_points, polygons_in
 from stillroom.maps.grid import Cell, Cells, GridFrame, Mask, OccupancyGrid, distance_to, look_up
-from stillroom.pipeline.evidence import FOUND_M
+from stillroom.pipeline.evidence import FOUND_M, grown
 from stillroom.pipeline.tracing import trace
 
 Change = Literal["blocked", "opened", "found", "unseen"]
@@ -67,7 +67,8 @@ def _opened(mask: Mask, frame: GridFrame) -> Mask:
     """Without what is narrower than the walls' wobble."""
     across = 2 * max(1, round(FOUND_M / frame.resolution)) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, across))
-    return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_OPEN, disc) > 0)
+    wide = np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_OPEN, disc) > 0)
+    return mask & grown(wide, FOUND_M, frame)  # with its corners
 
 
 def _polygons(mask: Mask, frame: GridFrame) -> list[Polygon]:

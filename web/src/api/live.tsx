@@ -4,10 +4,10 @@ import { useQueryClient } from "@tanstack/react-query";
 import { createContext, type ReactNode, useContext, useEffect, useState } from "react";
 import type { Schemas } from "./client";
 import { type Connection, follow } from "./events";
-import { mapKey, refreshAll, robotsQuery } from "./queries";
+import { mapKey, QUESTIONS, refreshAll, robotsQuery } from "./queries";
 
 const EVENTS_URL = "/api/v1/events";
-const KINDS: readonly Schemas["Event"]["kind"][] = ["mission", "version", "decision", "settings"];
+const KINDS: readonly Schemas["Event"]["kind"][] = ["mission", "version", "conflict", "decision", "settings"];
 const POLL_WHILE_INTERRUPTED_MS = 30_000;
 
 const ConnectionContext = createContext<Connection>("connecting");
@@ -27,6 +27,7 @@ export function Live({ children }: { readonly children: ReactNode }) {
         onGap: () => void refreshAll(queries),
         onEvent: (event) => {
           void queries.invalidateQueries({ queryKey: robotsQuery.queryKey });
+          void queries.invalidateQueries({ queryKey: QUESTIONS });
           const of = mapOf(event);
           if (of) void queries.invalidateQueries({ queryKey: mapKey(of.robot, of.map) });
         },

@@ -32,10 +32,27 @@ export const robotsQuery = queryOptions({
 /** Everything of a map that a new event can change has a key that starts like this. */
 export const mapKey = (robot: string, map: string) => ["map", robot, map] as const;
 
+/** Questions of all maps have keys that start like this. */
+export const QUESTIONS = ["questions"] as const;
+
+type Conflict = Schemas["ConflictDocument"];
+
+/** Questions of all maps that are in a state, the newest first; more than a page of them is a `next`. */
+export const questionsQuery = (state: "open" | "resolved_automatically") =>
+  queryOptions({
+    queryKey: [...QUESTIONS, state],
+    queryFn: async ({ signal }) =>
+      (await answered(api.GET("/api/v1/conflicts", { params: { query: { state, limit: 200 } }, signal }))) as {
+        readonly items: Conflict[];
+        readonly next: string | null;
+      },
+  });
+
 /** Reads anew whatever may have changed, as after events were missed. Versions and grids never do. */
 export async function refreshAll(queries: QueryClient): Promise<void> {
   await Promise.all([
     queries.invalidateQueries({ queryKey: robotsQuery.queryKey }),
+    queries.invalidateQueries({ queryKey: QUESTIONS }),
     queries.invalidateQueries({ queryKey: ["map"] }),
   ]);
 }
@@ -138,6 +155,56 @@ export const parkedQuery = (robot: string, map: string) =>
 function isUndecided({ decision }: Schemas["MissionDocument"]): boolean {
   return decision === null || decision.outcome === "reverted" || decision.outcome === "superseded";
 }
+
+export const missionQuery = (robot: string, map: string, mission: string) =>
+  queryOptions({
+    queryKey: [...mapKey(robot, map), "mission", mission],
+    queryFn: ({ signal }) =>
+      answered(
+        api.GET("/api/v1/robots/{robot}/maps/{map}/missions/{mission}", {
+          params: { path: { robot, map, mission } },
+          signal,
+        }),
+      ),
+  });
+
+export const conflictQuery = (robot: string, map: string, conflict: string) =>
+  queryOptions({
+    queryKey: [...mapKey(robot, map), "conflict", conflict],
+    queryFn: async ({ signal }) =>
+      (await answered(
+        api.GET("/api/v1/robots/{robot}/maps/{map}/conflicts/{conflict}", {
+          params: { path: { robot, map, conflict } },
+          signal,
+        }),
+      )) as Conflict,
+  });
+
+/** What the robot saw when a question came up. */
+export const sensedQuery = (robot: string, map: string, conflict: string) =>
+  queryOptions({
+    queryKey: [...mapKey(robot, map), "sensed", conflict],
+    queryFn: async ({ signal }) =>
+      (await answered(
+        api.GET("/api/v1/robots/{robot}/maps/{map}/conflicts/{conflict}/sensed", {
+          params: { path: { robot, map, conflict } },
+          signal,
+        }),
+      )) as Schemas["SensedDocument"],
+  });
+
+/** The map that would be in force if a proposal were accepted. */
+export const proposalQuery = (robot: string, map: string, conflict: string, proposal: string) =>
+  queryOptions({
+    queryKey: [...mapKey(robot, map), "proposal", conflict, proposal],
+    queryFn: async ({ signal }) =>
+      (await answered(
+        api.GET("/api/v1/robots/{robot}/maps/{map}/conflicts/{conflict}/proposals/{proposal}", {
+          params: { path: { robot, map, conflict, proposal } },
+          signal,
+        }),
+      )) as MapDocument,
+  });
 
 /** The cells under a version, as a picture. Its address names an immutable version. */
 export const cellsQuery = (url: string) =>

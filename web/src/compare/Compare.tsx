@@ -1,6 +1,6 @@
-import { Button, useComputedColorScheme } from "@mantine/core";
+import { Button } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
-import { useEffect, useMemo, useRef, useState } from "react";
+import { useMemo, useState } from "react";
 import { diffQuery, versionQuery } from "../api/queries";
 import { Moment } from "../Moment";
 import type { MapDocument } from "../map/document";
@@ -9,8 +9,9 @@ import { viewMap } from "../map/view";
 import pageClasses from "../pages/MapPage.module.css";
 import { Failure, Loading } from "../pages/states";
 import { language, texts } from "../texts";
-import { HomeMap } from "../viewer/HomeMap";
-import { useGridPicture } from "../viewer/useGridPicture";
+import { MapCanvas, NOTHING } from "../viewer/MapCanvas";
+import { SwipeLayer } from "../viewer/SwipeLayer";
+import swipeClasses from "../viewer/SwipeLayer.module.css";
 import { describeChange, madeBy } from "../words";
 import classes from "./Compare.module.css";
 
@@ -88,45 +89,17 @@ interface OverlayProps {
 function Overlay({ title, older, newer, moved }: OverlayProps) {
   const [share, setShare] = useState(50);
   const here = useMemo(() => (moved ? movedDocument(older, moved) : older), [older, moved]);
-  const under = useRef<HTMLDivElement>(null);
-  const over = useRef<HTMLDivElement>(null);
-  const [maps, setMaps] = useState<readonly [HomeMap, HomeMap] | null>(null);
-  const scheme = useComputedColorScheme("light", { getInitialValueInEffect: false });
-  const views = useMemo(() => [viewMap(here), viewMap(newer)] as const, [here, newer]);
-  const pictures = [useGridPicture(here, scheme).picture, useGridPicture(newer, scheme).picture];
-
-  useEffect(() => {
-    if (!under.current || !over.current) return;
-    const made = [new HomeMap(under.current, () => undefined), new HomeMap(over.current, () => undefined)] as const;
-    for (const one of made) one.picks = false;
-    setMaps(made);
-    return () => {
-      for (const one of made) one.dispose();
-      setMaps(null);
-    };
-  }, []);
-  useEffect(() => {
-    if (!maps) return;
-    maps[1].show(views[1], scheme);
-    maps[0].show(views[0], scheme);
-    // One view for both: whatever moves one moves the other.
-    maps[0].map.setView(maps[1].map.getView());
-    maps[1].fit(0);
-  }, [maps, views, scheme]);
-  useEffect(() => maps?.[0].showGrid(pictures[0] ?? null), [maps, pictures[0]]);
-  useEffect(() => maps?.[1].showGrid(pictures[1] ?? null), [maps, pictures[1]]);
-
+  const [before, after] = useMemo(() => [viewMap(here), viewMap(newer)], [here, newer]);
   return (
-    <section className={classes.frame} aria-label={texts.map.label(title)}>
-      <div ref={under} className={classes.layer} data-version={older.version} />
-      <div
-        ref={over}
-        className={classes.layer}
-        data-version={newer.version}
-        style={{ clipPath: `inset(0 0 0 ${share}%)` }}
-      />
-      <div className={classes.edge} style={{ left: `${share}%` }} />
-      <div className={classes.bar}>
+    <MapCanvas
+      title={title}
+      document={newer}
+      view={after}
+      selection={NOTHING}
+      onSelect={() => undefined}
+      over={(map, hidden) => <SwipeLayer over={map} hidden={hidden} document={here} view={before} share={share} />}
+    >
+      <div className={swipeClasses.bar}>
         <span>{texts.history.version(older.version)}</span>
         <input
           type="range"
@@ -142,6 +115,6 @@ function Overlay({ title, older, newer, moved }: OverlayProps) {
           {texts.compare.blink}
         </Button>
       </div>
-    </section>
+    </MapCanvas>
   );
 }

@@ -11,11 +11,12 @@ import pageClasses from "../pages/MapPage.module.css";
 import { useHistory } from "../pages/useHistory";
 import { texts } from "../texts";
 import type { HomeMap } from "../viewer/HomeMap";
-import { MapCanvas, type Selection as RoomSelection } from "../viewer/MapCanvas";
+import { MapCanvas, NOTHING, type Selection as RoomSelection } from "../viewer/MapCanvas";
 import { DrawingState } from "./DrawingState";
 import type { EditLayerEvents } from "./EditLayer";
 import classes from "./Editor.module.css";
 import { EditPanel } from "./EditPanel";
+import { Hint } from "./Hint";
 import { openKeeper } from "./keeping";
 import { ShortcutSheet } from "./ShortcutSheet";
 import { EditSession } from "./session";
@@ -70,8 +71,6 @@ function useSession({ robot, map, head }: EditorProps): EditSession | null {
   useEffect(() => session?.headArrived(head), [session, head]);
   return session;
 }
-
-const NO_ROOM: RoomSelection = { room: null, centre: false };
 
 function Editing({ robot, map, title, onDone, session }: EditorProps & { readonly session: EditSession }) {
   const state = useSyncExternalStore(session.subscribe, session.get);
@@ -160,7 +159,7 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
   });
 
   const dirty = isDirty(state.draft);
-  const room: RoomSelection = selection?.sort === "room" ? { room: selection.id, centre: false } : NO_ROOM;
+  const room: RoomSelection = selection?.sort === "room" ? { room: selection.id, centre: false } : NOTHING;
 
   return (
     <div className={`${pageClasses.page} ${classes.page}`}>
@@ -211,15 +210,5 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
       </aside>
       {sheet && <ShortcutSheet onClose={() => setSheet(false)} />}
     </div>
-  );
-}
-
-function Hint({ drawing, tool }: { readonly drawing: DrawingState; readonly tool: Tool }) {
-  const { parts, first } = useSyncExternalStore(drawing.subscribe, drawing.get);
-  const said = parts.map(({ room, areas }) => editorTexts.toBe(room, areas)).join(". ");
-  return (
-    <p className={classes.hint} aria-live="polite">
-      {said || (first ? editorTexts.second : editorTexts.hint[tool])}
-    </p>
   );
 }

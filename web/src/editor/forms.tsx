@@ -69,7 +69,7 @@ export function RoomForm(props: EditPanelProps & { readonly room: RoomView }) {
         />
         {editorTexts.room.pinned}
       </label>
-      <SplitForm {...props} />
+      <SplitForm room={room} onDivider={props.onDivider} />
       {"id" in ref && room.neighbours.length > 0 && (
         <fieldset className={classes.group}>
           <legend>{editorTexts.room.merge}</legend>
@@ -95,7 +95,7 @@ export function RoomForm(props: EditPanelProps & { readonly room: RoomView }) {
 }
 
 /** Divides a room without pointing at it: a line, upright or level, at a place that is said in words and areas. */
-function SplitForm({ room, onDivider }: EditPanelProps & { readonly room: RoomView }) {
+export function SplitForm({ room, onDivider }: Pick<EditPanelProps, "onDivider"> & { readonly room: RoomView }) {
   const ids = useId();
   const [direction, setDirection] = useState<"upright" | "level">("upright");
   const [share, setShare] = useState(50);

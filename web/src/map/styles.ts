@@ -2,7 +2,17 @@
 
 import type { Scheme } from "./colours";
 
-export type Layer = "rooms" | "names" | "walls" | "clutter" | "dividers" | "meta" | "restrictions" | "grid";
+export type Layer =
+  | "rooms"
+  | "names"
+  | "walls"
+  | "clutter"
+  | "dividers"
+  | "meta"
+  | "restrictions"
+  | "changed"
+  | "proposed"
+  | "grid";
 
 export interface Stroke {
   readonly colour: string;
@@ -35,6 +45,10 @@ export interface MapStyles {
   readonly noMop: Style;
   readonly virtualWall: Stroke;
   readonly phantom: Style;
+  /** Floor that is lost, and floor that is new. */
+  readonly lost: Style;
+  readonly gained: Style;
+  readonly proposed: Stroke;
 }
 
 export const MAP_STYLES: Readonly<Record<Scheme, MapStyles>> = {
@@ -57,6 +71,9 @@ export const MAP_STYLES: Readonly<Record<Scheme, MapStyles>> = {
     noMop: { fill: "#1f5fa32e", stroke: { colour: "#1f5fa3", width: 1.5 } },
     virtualWall: { colour: "#b3261e", width: 3 },
     phantom: { fill: "#f3ede3cc", stroke: { colour: "#5b5046", width: 1.5, dash: [1, 4] } },
+    lost: { fill: "#b3541e59", stroke: { colour: "#b3541e", width: 2 } },
+    gained: { fill: "#1f6f8b47", stroke: { colour: "#1f6f8b", width: 2 } },
+    proposed: { colour: "#7a1fa2", width: 4, dash: [10, 7] },
   },
   dark: {
     ink: "#f7efe4",
@@ -77,5 +94,8 @@ export const MAP_STYLES: Readonly<Record<Scheme, MapStyles>> = {
     noMop: { fill: "#8ab8ff3d", stroke: { colour: "#8ab8ff", width: 1.5 } },
     virtualWall: { colour: "#ff8a80", width: 3 },
     phantom: { fill: "#1b1815cc", stroke: { colour: "#d6cabb", width: 1.5, dash: [1, 4] } },
+    lost: { fill: "#ffae7a59", stroke: { colour: "#ffae7a", width: 2 } },
+    gained: { fill: "#7fd0ea47", stroke: { colour: "#7fd0ea", width: 2 } },
+    proposed: { colour: "#e3b3ff", width: 4, dash: [10, 7] },
   },
 };

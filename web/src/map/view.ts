@@ -48,6 +48,12 @@ export interface RoomView {
   readonly kind: RoomFeature["properties"]["kind"];
 }
 
+/** A place where the robot saw something else than was known. */
+export interface Changed {
+  readonly change: "blocked" | "opened" | "found" | "unseen";
+  readonly rings: readonly Ring[];
+}
+
 export interface MapView {
   /** By name, as a person would sort them. */
   readonly rooms: readonly RoomView[];
@@ -58,8 +64,13 @@ export interface MapView {
   readonly metaOccupancy: readonly MetaOccupancyFeature[];
   readonly restrictions: readonly RestrictionFeature[];
   readonly phantoms: readonly PhantomFeature[];
+  readonly changed: readonly Changed[];
+  /** What would be added to the map if somebody agreed. */
+  readonly proposed: readonly (DividerFeature | MetaDividerFeature | MetaOccupancyFeature)[];
   /** What to fit on the screen: rooms and walls, or the whole grid where there are none. */
   readonly bounds: Bounds;
+  /** What to show first; null: all of it. */
+  readonly focus: Bounds | null;
   readonly area: number;
 }
 
@@ -96,6 +107,9 @@ export function viewMap(document: MapDocument): MapView {
     metaOccupancy: only(features, "meta_occupancy"),
     restrictions: only(features, "restriction"),
     phantoms: only(features, "phantom"),
+    changed: [],
+    proposed: [],
+    focus: null,
     bounds: isEmpty(bounds) ? frameBounds(document.frame) : bounds,
     area: rooms.reduce((sum, room) => sum + room.area, 0),
   };

@@ -3,8 +3,9 @@ import { useQuery } from "@tanstack/react-query";
 import { useMemo, useRef } from "react";
 import { Link } from "wouter";
 import type { Schemas } from "../api/client";
-import { headQuery, lastMissionQuery } from "../api/queries";
+import { headQuery, lastMissionQuery, questionsQuery } from "../api/queries";
 import { Moment } from "../Moment";
+import { ofMap } from "../map/questions";
 import { viewMap } from "../map/view";
 import { mapPath } from "../paths";
 import { area, texts } from "../texts";
@@ -23,6 +24,7 @@ export function MapCard({ robot, map }: MapCardProps) {
   const seen = useSeen(card);
   const head = useQuery({ ...headQuery(robot, map.map), enabled: seen && map.version !== null });
   const mission = useQuery({ ...lastMissionQuery(robot, map.map), enabled: seen });
+  const open = ofMap(useQuery(questionsQuery("open")).data?.items ?? [], robot, map.map).length;
   const scheme = useComputedColorScheme("light");
   const view = useMemo(() => head.data && viewMap(head.data), [head.data]);
   const last = mission.data;
@@ -47,6 +49,7 @@ export function MapCard({ robot, map }: MapCardProps) {
           {view && view.area > 0 && `, ${area(view.area)}`}
           {map.name !== map.map && ` · ${texts.maps.floor(map.map)}`}
         </p>
+        {open > 0 && <p className={classes.open}>{texts.questions.badge(open)}</p>}
         <p className={classes.mission} data-outcome={last?.outcome}>
           {last ? (
             <>

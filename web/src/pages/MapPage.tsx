@@ -3,14 +3,17 @@ import { keepPreviousData, useQuery } from "@tanstack/react-query";
 import { lazy, Suspense, useEffect, useMemo, useRef, useState } from "react";
 import { Link, useSearchParams } from "wouter";
 import { isMissing, type Schemas } from "../api/client";
-import { headQuery, versionQuery } from "../api/queries";
+import { headQuery, questionsQuery, versionQuery } from "../api/queries";
 import { Icon } from "../icons";
+import { isParked, ofMap } from "../map/questions";
 import { viewMap } from "../map/view";
 import { texts } from "../texts";
-import { MapCanvas, type Selection } from "../viewer/MapCanvas";
+import { MapCanvas, NOTHING } from "../viewer/MapCanvas";
 import { HistoryPanel } from "./HistoryPanel";
 import classes from "./MapPage.module.css";
 import { ParkedPanel } from "./ParkedPanel";
+import { MapQuestions } from "./QuestionsPage";
+import { ReviewSetting } from "./ReviewSetting";
 import { RoomsPanel } from "./RoomsPanel";
 import { Failure, Loading, Nothing, Notice } from "./states";
 import { useHistory } from "./useHistory";
@@ -26,10 +29,8 @@ interface MapPageProps {
 const Editor = lazy(() => import("../editor/Editor"));
 const Compare = lazy(() => import("../compare/Compare"));
 
-const NOTHING: Selection = { room: null, centre: false };
-
 export default function MapPage({ robot, map, robots }: MapPageProps) {
-  const { chosen, choose, editing, edit, compared, compare } = usePlace();
+  const { chosen, choose, editing, edit, compared, compare, showsHistory } = usePlace();
   const head = useQuery(headQuery(robot, map));
   const newest = head.data?.version;
   const isOld = chosen !== null && chosen !== newest;
@@ -37,6 +38,7 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
   const document = isOld ? old.data : head.data;
   const view = useMemo(() => document && viewMap(document), [document]);
   const history = useHistory(robot, map);
+  const questions = ofMap(useQuery(questionsQuery("open")).data?.items ?? [], robot, map);
   const [selection, setSelection] = useState(NOTHING);
   const arrival = useArrival(head.data);
 
@@ -116,9 +118,10 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
             </Button>
           )}
         </header>
+        <MapQuestions conflicts={questions.filter((one) => !isParked(one))} />
         <ParkedPanel robot={robot} map={map} floors={owner?.maps ?? []} />
         <Tabs
-          defaultValue="rooms"
+          defaultValue={showsHistory ? "history" : "rooms"}
           keepMounted={false}
           classNames={{ list: classes.tabs ?? "", tab: classes.tab ?? "" }}
         >
@@ -132,6 +135,7 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
               selected={selection.room}
               onSelect={(id) => setSelection({ room: id, centre: true })}
             />
+            {summary && <ReviewSetting robot={robot} map={summary} />}
           </Tabs.Panel>
           <Tabs.Panel value="history">
             <HistoryPanel
@@ -161,6 +165,8 @@ interface Place {
   /** Two versions to be laid over each other. */
   readonly compared: readonly [number, number] | null;
   readonly compare: (before: number, after: number) => void;
+  /** Whether a link led to the history. */
+  readonly showsHistory: boolean;
 }
 
 function usePlace(): Place {
@@ -171,6 +177,7 @@ function usePlace(): Place {
     choose: (version) => setSearch(version === null ? {} : { version: String(version) }, { replace: true }),
     editing: search.has("edit"),
     compared: twoOf(search.get("compare")),
+    showsHistory: search.has("history"),
     compare: (before, after) => setSearch({ compare: `${before}-${after}` }),
     edit: (editing) => setSearch(editing ? { edit: "" } : {}),
   };

@@ -27,7 +27,7 @@ export function ParkedPanel({ robot, map, floors }: ParkedPanelProps) {
     <>
       {placed?.decision && <Placed robot={robot} here={map} decision={placed.decision} floors={floors} />}
       {first && (
-        <Question
+        <ParkedQuestion
           key={first.id}
           mission={first}
           floors={floors}
@@ -46,7 +46,7 @@ interface QuestionProps {
   readonly onPlaced: (mission: Mission) => void;
 }
 
-function Question({ mission, floors, others, onPlaced }: QuestionProps) {
+export function ParkedQuestion({ mission, floors, others, onPlaced }: QuestionProps) {
   const queries = useQueryClient();
   const headingId = useId();
   const [naming, setNaming] = useState(false);
@@ -163,7 +163,7 @@ interface PlacedProps {
   readonly floors: readonly Schemas["MapSummary"][];
 }
 
-function Placed({ robot, here, decision, floors }: PlacedProps) {
+export function Placed({ robot, here, decision, floors }: PlacedProps) {
   const title = floors.find(({ map }) => map === decision.map)?.name ?? decision.map;
   const taken = decision.outcome !== "reverted" && decision.outcome !== "superseded";
   return (

@@ -1,7 +1,7 @@
 /** The same in German: every string, or it does not compile. */
 
 import { area, count } from "../numbers";
-import type { EditorTexts, Texts } from "../texts";
+import type { ConflictTexts, EditorTexts, ReviewTexts, Texts } from "../texts";
 
 export const de: Texts = {
   product: "stillroom",
@@ -55,6 +55,24 @@ export const de: Texts = {
       after: "Die Karte erscheint dann hier von selbst.",
     },
   },
+  questions: {
+    title: "Offene Fragen",
+    badge: (n) => (n === 0 ? "Keine offenen Fragen" : count(n, "offene Frage", "offene Fragen")),
+    none: "Nichts zu entscheiden: Ihre Karten sind in Ordnung.",
+    failed: "Die Fragen konnten nicht geladen werden.",
+    of: (map, robot) => `${map} · ${robot}`,
+    opened: "gefragt",
+    again: (n) => `${n === 1 ? "einmal" : `${n}-mal`} wieder gesehen`,
+    until: "bleibt von selbst, wie es ist",
+    settled: "Von stillroom geregelt",
+    settledLead: "Nichts zu tun: Dies wurde für Sie entschieden, und Sie können es ändern.",
+    here: "Fragen zu dieser Karte",
+    parked: "Eine Fahrt sucht ihr Stockwerk",
+    review: "Wenn etwas zweifelhaft ist",
+    automatic: "entscheidet stillroom selbst",
+    askFirst: "erst mich fragen",
+    reviewFailed: "Das ließ sich nicht speichern.",
+  },
   map: {
     label: (title) => `Karte von ${title}`,
     keys: "Wenn die Karte den Fokus hat: Pfeiltasten verschieben sie, Plus und Minus zoomen. Die Räume stehen in der Liste der Räume.",
@@ -80,6 +98,8 @@ export const de: Texts = {
     dividers: "Trennlinien und Türen",
     meta: "Reparaturen von stillroom",
     restrictions: "Zonen",
+    changed: "Was sich änderte",
+    proposed: "Was vorgeschlagen ist",
     grid: "Was der Roboter sah",
   },
   room: {
@@ -202,6 +222,153 @@ export const de: Texts = {
   problem: {
     offline: "Der Dienst ist nicht erreichbar.",
     unknown: "Etwas ging schief.",
+  },
+};
+
+/** What questions are about, by kind and cause; the service itself says it in English. */
+export const conflictDe: ConflictTexts = {
+  room_lost: (rooms) => `${rooms} wurde nicht wiedergefunden.`,
+  room_recall: (rooms, percent) => `${percent} % von ${rooms} sind weg.`,
+  room_precision: (rooms) => `${rooms} lief mit der Umgebung zusammen.`,
+  settled: (rooms) => `${rooms} wurde gehalten, obwohl sich die Karte geändert hatte.`,
+  divider_lost: (rooms) =>
+    rooms
+      ? `Die Trennlinie bei ${rooms} fand keine Wand, an der sie enden kann, und ist nicht mehr auf der Karte.`
+      : "Eine Trennlinie fand keine Wand, an der sie enden kann, und ist nicht mehr auf der Karte.",
+  "connectivity door_closed": (rooms) => `Der Weg zwischen ${rooms} war zu und ist wieder offen. Ist dort eine Tür?`,
+  "connectivity discovery": (rooms) => `Ein neuer Raum wurde gefunden: ${rooms}.`,
+  connectivity: (rooms) =>
+    rooms
+      ? `Der Roboter findet einen offenen Weg, wo die Karte ${rooms} trennt.`
+      : "Der Roboter findet einen offenen Weg, wo die Karte trennt.",
+  shape: (rooms) =>
+    rooms
+      ? `${rooms} hat eine andere Form.`
+      : "Die Räume wurden wiedergefunden, aber die neue Karte ist in sich nicht stimmig. Die vorige blieb.",
+  drift: (rooms) => `${rooms} ist gegen die anderen Räume verrutscht.`,
+  wrong_map: () => "Eine Fahrt sieht nicht nach diesem Stockwerk aus und wurde beiseitegelegt.",
+  restriction_unplaced: () => "Eine Zone fand auf der neuen Karte keinen Platz. Bitte zeichnen Sie sie neu.",
+};
+
+export const reviewDe: ReviewTexts = {
+  back: "Zur Karte",
+  questions: "Alle Fragen",
+  question: "Frage",
+  failed: "Diese Frage konnte nicht geladen werden.",
+  missing: "Diese Frage gibt es nicht, oder sie gehört jemand anderem.",
+  rooms: "Betroffene Räume",
+  isNew: "neu",
+  changes: "Was sich änderte",
+  noChanges: "Sonst ist nichts anders als bekannt.",
+  change: {
+    blocked: (where, metres2) => `${where}: ${area(metres2)} Boden sind jetzt Hindernis`,
+    opened: (where, metres2) => `${where}: ${area(metres2)} Wand oder Möbel sind weg`,
+    found: (where, metres2) => `${where}: ${area(metres2)} Boden sind neu`,
+    unseen: (where, metres2) => `${where}: ${area(metres2)} Boden wurden nicht gesehen`,
+  },
+  outside: "Neben den Räumen",
+  more: (n) => `und ${count(n, "kleinere Stelle", "kleinere Stellen")}`,
+  apart: "Wie sich die Karte bewegte, ist nicht bekannt: Die beiden liegen vielleicht nicht aufeinander.",
+  view: {
+    label: "Was zu sehen ist",
+    before: "Vorher",
+    keep_previous: "Verbunden",
+    take_new: "Die neue Karte",
+    now: "Wie es jetzt ist",
+    meta_dividers: "Repariert",
+    meta_occupancy: "Repariert",
+    own: "Eigener Raum",
+    drawn: "Mit Ihren Linien",
+    seen: "Was der Roboter sah",
+    swipe: "Wie viel von der Karte vorher zu sehen ist",
+    share: (percent) => `${percent} % vorher`,
+  },
+  answers: "Was soll geschehen?",
+  recommended: "empfohlen",
+  answer: {
+    keep: (rooms, n) =>
+      rooms ? `${rooms} lassen, wie ${n > 1 ? "sie waren" : "es war"}` : "Die Karte lassen, wie sie war",
+    takeNew: () => "Die neue Karte nehmen",
+    right: () => "Es ist richtig, wie es jetzt ist",
+    repaired: () => "Die Karte mit der Reparatur nehmen",
+    keepRepair: (rooms) => (rooms ? `${rooms} für immer so lassen` : "Für immer so lassen"),
+    undoRepair: () => "Die Reparatur zurücknehmen",
+    apart: (rooms) => `${rooms} getrennt lassen`,
+    wall: () => "Dort ist wirklich eine Wand",
+    leave: () => "Alles lassen, wie es ist",
+    isDoor: () => "Das ist eine Tür",
+    doorTo: (rooms) => (rooms ? `Der Weg zwischen ${rooms} ist eine Tür` : "Das ist eine Tür"),
+    noDoor: () => "Das ist keine Tür",
+    ownRoom: (room) => `${room} ist ein eigener Raum`,
+    partOf: (room) => (room ? `Das gehört zu ${room}` : "Das gehört zum Raum daneben"),
+    temporary: () => "Das ist nur vorübergehend",
+    ignore: () => "Diese Fahrt nicht beachten",
+  },
+  hint: {
+    keep: "Was der Roboter diesmal sah, wird beiseitegelegt.",
+    takeNew: "Die Räume werden, was der Roboter sah.",
+    right: "Mit der neuen Form werden spätere Fahrten verglichen.",
+    repaired: "Die Räume bleiben getrennt, auf dem neuen Bild vom Boden.",
+    keepRepair: "Die Reparatur von stillroom wird Ihre, und niemand fragt mehr.",
+    undoRepair: "Räume laufen vielleicht zusammen; dort wird sie nicht mehr vorgeschlagen.",
+    apart: "Die Grenze wird Ihre, und niemand fragt mehr.",
+    wall: "Es zählt als Wand, was der Roboter auch sieht.",
+    leave: "Nichts ändert sich.",
+    isDoor: "Ist sie zu, bleiben die Räume, wie sie sind, und niemand fragt.",
+    doorTo: "Ist sie zu, bleiben die Räume, wie sie sind, und niemand fragt.",
+    noDoor: "Es bleibt ein offener Weg.",
+    ownRoom: "Er bleibt auf der Karte, und niemand fragt mehr.",
+    partOf: "Die Grenze fällt weg und wird dort nicht mehr vorgeschlagen.",
+    temporary: "Nichts ändert sich, und eine Woche lang fragt niemand.",
+    ignore: "Die Karte bleibt, wie sie ist.",
+  },
+  name: "Name des neuen Raums",
+  setName: "Den neuen Raum benennen",
+  redraw: "Die Zone neu zeichnen",
+  draw: "Die Grenze selbst zeichnen",
+  later: "Später fragen",
+  picked: "In Ihrer Nachricht gewählt: Tippen Sie zum Bestätigen.",
+  deadline: (when) => `Antwortet bis ${when} niemand, bleibt die Karte, wie sie ist.`,
+  settled: "Nichts zu tun: Es bleibt so, wenn Sie nichts ändern.",
+  again: (n) => `Der Roboter stieß noch ${n === 1 ? "einmal" : `${n}-mal`} darauf.`,
+  sending: "Wird entschieden",
+  waiting: "Kein Netz: Es wird gesendet, sobald es wieder da ist.",
+  trying: "Die Antwort ging verloren: Es wird noch einmal gesendet.",
+  late: "Jemand anderes hat zuerst geantwortet.",
+  drawing: {
+    title: "Die Grenze zeichnen",
+    lead: "Tippen Sie auf einen Türpfosten, dann auf den anderen; oder wählen Sie unten einen Raum und teilen ihn.",
+    lines: "Ihre Linien",
+    line: (n) => `Linie ${n}`,
+    remove: "Entfernen",
+    none: "Noch keine Linie.",
+    checking: "Es wird nachgesehen, was daraus wird",
+    comesTo: (rooms) => `Damit: ${rooms.join(", ")}.`,
+    use: "Mit diesen Linien entscheiden",
+    cancel: "Zurück zu den Antworten",
+    room: "Raum",
+    extend: "Bis zur Wand verlängern",
+    refused: "So geht es noch nicht",
+  },
+  ended: {
+    accepted: "Entschieden",
+    rejected: "Entschieden",
+    annotated: "Mit eigenen Linien entschieden",
+    expired: "Niemand hat rechtzeitig geantwortet",
+    superseded: "Diese Frage hat sich erledigt",
+    kept: "Die Karte blieb, wie sie war.",
+    pointless: (mission) => `Durch Fahrt ${mission} ist sie gegenstandslos: Es gibt nichts mehr zu entscheiden.`,
+    together: "Sie wurde mit einer anderen Frage zur selben Fahrt entschieden.",
+    replaced: "Hier geht es weiter",
+    by: (who) => `Entschieden ${who}`,
+    version: (n) => `Die Karte ist jetzt Version ${n}.`,
+    same: "Die Karte hat sich nicht geändert.",
+    note: "Notiz",
+    undo: "Rückgängig machen",
+    undone: (n) => `Rückgängig gemacht: Die Karte ist wie zuvor, als Version ${n}.`,
+    history: "Den Verlauf ansehen",
+    next: "Nächste Frage",
+    none: "Es ist keine andere Frage offen.",
   },
 };
 

@@ -1,7 +1,8 @@
 import { describe, expect, it } from "vitest";
-import { de, editorDe } from "./de";
+import { de, editorDe, reviewDe } from "./de";
 import { en } from "./en";
 import { editorEn } from "./en.editor";
+import { reviewEn } from "./en.review";
 
 /** Every string and every sentence with blanks, by its path. */
 function leaves(value: unknown, path = ""): Map<string, string> {
@@ -32,6 +33,7 @@ const ALIKE = new Set(["stillroom", "Live", "Name", "Version 2", "Escape", "Gara
 describe.each([
   ["pages", en, de],
   ["the editor", editorEn, editorDe],
+  ["the review page", reviewEn, reviewDe],
 ])("the texts of %s", (_, english, german) => {
   it("are the same ones in both languages, and none is left untranslated", () => {
     const [one, other] = [leaves(english), leaves(german)];

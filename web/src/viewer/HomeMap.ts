@@ -103,12 +103,36 @@ export class HomeMap {
     }
   }
 
+  /** Shows what the view says is to be shown first. */
   fit(duration: number = this.easeMs): void {
+    if (this.view && this.fitTo(this.view.focus ?? this.view.bounds, duration)) this.moved = false;
+  }
+
+  /** Shows all of it. */
+  fitWhole(): void {
+    if (!this.view) return;
+    this.fitTo(this.view.bounds, this.easeMs);
+    this.moved = this.view.focus !== null;
+  }
+
+  fitTo(bounds: Bounds, duration: number = this.easeMs): boolean {
     const [width = 0, height = 0] = this.map.getSize() ?? [];
-    if (!this.view || width === 0 || height === 0) return;
-    this.moved = false;
+    if (width === 0 || height === 0) return false;
     const padding = [...FIT_PADDING_PX[width < NARROW_PX ? "narrow" : "wide"]];
-    this.map.getView().fit([...this.view.bounds], { size: [width, height], padding, duration });
+    this.map.getView().fit([...bounds], { size: [width, height], padding, duration });
+    this.moved = true;
+    return true;
+  }
+
+  /** Shows the same part as another one. Answers with the function that ends it. */
+  follow(other: HomeMap): () => void {
+    const look = () => {
+      this.moved = true;
+      this.map.setView(other.map.getView());
+    };
+    look();
+    other.map.on("change:view", look);
+    return () => other.map.un("change:view", look);
   }
 
   zoomBy(levels: number): void {

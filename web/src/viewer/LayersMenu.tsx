@@ -15,6 +15,8 @@ export const LAYERS: readonly Layer[] = [
   "clutter",
   "meta",
   "restrictions",
+  "changed",
+  "proposed",
   "grid",
 ];
 
@@ -96,6 +98,8 @@ function Key({ layer, scheme }: { readonly layer: Layer; readonly scheme: Scheme
     clutter: box(style.clutter.fill, style.clutter.stroke),
     meta: box(style.metaOccupied.fill, style.metaOccupied.stroke),
     restrictions: box(style.noGo.fill, style.noGo.stroke),
+    changed: box(style.lost.fill, style.lost.stroke),
+    proposed: line(style.proposed),
     grid: (
       <g fill={style.wall.colour}>
         <path d="M6 4h4v4h4v4h4V8h4v4h4v4H14v-4H6z" />

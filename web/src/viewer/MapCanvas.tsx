@@ -16,6 +16,8 @@ export interface Selection {
   readonly centre: boolean;
 }
 
+export const NOTHING: Selection = { room: null, centre: false };
+
 interface MapCanvasProps {
   readonly title: string;
   readonly document: MapDocument;
@@ -24,11 +26,13 @@ interface MapCanvasProps {
   readonly onSelect: (room: string | null) => void;
   /** Told of the map itself as soon as it is there, and of null when it goes. */
   readonly onMap?: (map: HomeMap | null) => void;
+  /** Another map, to be laid over this one. */
+  readonly over?: (map: HomeMap, hidden: ReadonlySet<Layer>) => ReactNode;
   /** Lies over the lower edge of the map. */
   readonly children: ReactNode;
 }
 
-export function MapCanvas({ title, document, view, selection, onSelect, onMap, children }: MapCanvasProps) {
+export function MapCanvas({ title, document, view, selection, onSelect, onMap, over, children }: MapCanvasProps) {
   const target = useRef<HTMLDivElement>(null);
   const [map, setMap] = useState<HomeMap | null>(null);
   const [hidden, setHidden] = useState<ReadonlySet<Layer>>(new Set());
@@ -73,13 +77,14 @@ export function MapCanvas({ title, document, view, selection, onSelect, onMap, c
         data-version={document.version}
       />
       {/* biome-ignore-end lint/a11y/noNoninteractiveTabindex: see above */}
+      {map && over?.(map, hidden)}
       <p id={keysId} className="visually-hidden">
         {texts.map.keys}
       </p>
       <div className={classes.tools}>
         <Tool name="plus" label={texts.map.zoomIn} onClick={() => map?.zoomBy(1)} />
         <Tool name="minus" label={texts.map.zoomOut} onClick={() => map?.zoomBy(-1)} />
-        <Tool name="fit" label={texts.map.fit} onClick={() => map?.fit()} />
+        <Tool name="fit" label={texts.map.fit} onClick={() => map?.fitWhole()} />
       </div>
       <LayersMenu
         present={present}
@@ -123,6 +128,8 @@ function presentLayers(view: MapView): readonly Layer[] {
     dividers: view.dividers.length === 0,
     meta: view.metaDividers.length + view.metaOccupancy.length === 0,
     restrictions: view.restrictions.length + view.phantoms.length === 0,
+    changed: view.changed.length === 0,
+    proposed: view.proposed.length === 0,
   };
   return LAYERS.filter((layer) => !empty[layer]);
 }

@@ -26,6 +26,8 @@ export const VECTOR_LAYERS = [
   "selection",
   "dividers",
   "meta",
+  "changed",
+  "proposed",
   "names",
 ] as const;
 export type VectorLayerName = (typeof VECTOR_LAYERS)[number];
@@ -69,6 +71,10 @@ export function shapes(view: MapView, scheme: Scheme): Shapes {
       ),
       ...view.metaDividers.map(({ geometry }) => styled(shape(geometry), toStyle({ stroke: style.metaDivider }))),
     ],
+    changed: view.changed.map(({ change, rings }) =>
+      styled(polygon(rings), toStyle(change === "opened" || change === "found" ? style.gained : style.lost)),
+    ),
+    proposed: view.proposed.map(({ geometry }) => styled(shape(geometry), toStyle({ stroke: style.proposed }))),
     names: names(view, scheme),
   };
 }

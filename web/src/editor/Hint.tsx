@@ -1,0 +1,16 @@
+import { useSyncExternalStore } from "react";
+import type { DrawingState } from "./DrawingState";
+import classes from "./Editor.module.css";
+import type { Tool } from "./targets";
+import { editorTexts } from "./texts";
+
+/** What to do next, and what would come of it. */
+export function Hint({ drawing, tool }: { readonly drawing: DrawingState; readonly tool: Tool }) {
+  const { parts, first } = useSyncExternalStore(drawing.subscribe, drawing.get);
+  const said = parts.map(({ room, areas }) => editorTexts.toBe(room, areas)).join(". ");
+  return (
+    <p className={classes.hint} aria-live="polite">
+      {said || (first ? editorTexts.second : editorTexts.hint[tool])}
+    </p>
+  );
+}

@@ -1,0 +1,93 @@
+import { useQuery } from "@tanstack/react-query";
+import { Link } from "wouter";
+import type { Schemas } from "../api/client";
+import { questionsQuery } from "../api/queries";
+import { Icon } from "../icons";
+import { Moment } from "../Moment";
+import type { Conflict } from "../map/questions";
+import { questionPath } from "../paths";
+import { texts } from "../texts";
+import { describeConflict, fullTime } from "../words";
+import classes from "./QuestionsPage.module.css";
+import { Failure, Loading } from "./states";
+
+interface QuestionsPageProps {
+  readonly robots: readonly Schemas["RobotSummary"][];
+}
+
+/** What waits for an answer, and what was settled without one, of all maps. */
+export default function QuestionsPage({ robots }: QuestionsPageProps) {
+  const open = useQuery(questionsQuery("open"));
+  const settled = useQuery(questionsQuery("resolved_automatically"));
+  const failed = [open, settled].find(({ isError, data }) => isError && !data);
+  if (failed) return <Failure what={texts.questions.failed} error={failed.error} retry={() => void failed.refetch()} />;
+  if (!open.data || !settled.data) return <Loading />;
+  const nameOf = ({ robot, map }: Conflict) => {
+    const owner = robots.find(({ id }) => id === robot);
+    return texts.questions.of(owner?.maps.find((one) => one.map === map)?.name ?? map, owner?.name ?? robot);
+  };
+  return (
+    <div className={classes.page}>
+      <title>{`${texts.questions.title} · ${texts.product}`}</title>
+      <h1>{texts.questions.title}</h1>
+      <p className="visually-hidden" role="status">
+        {texts.questions.badge(open.data.items.length)}
+      </p>
+      {open.data.items.length === 0 ? (
+        <p className={classes.none}>{texts.questions.none}</p>
+      ) : (
+        <Questions conflicts={open.data.items} nameOf={nameOf} />
+      )}
+      {settled.data.items.length > 0 && (
+        <section aria-labelledby="settled">
+          <h2 id="settled">{texts.questions.settled}</h2>
+          <p className={classes.none}>{texts.questions.settledLead}</p>
+          <Questions conflicts={settled.data.items} nameOf={nameOf} />
+        </section>
+      )}
+    </div>
+  );
+}
+
+interface QuestionsProps {
+  readonly conflicts: readonly Conflict[];
+  /** What a question's map is called, where it is not plain from the page. */
+  readonly nameOf?: (conflict: Conflict) => string;
+}
+
+export function Questions({ conflicts, nameOf }: QuestionsProps) {
+  return (
+    <ul className={classes.questions}>
+      {conflicts.map((conflict) => (
+        <li key={`${conflict.robot}/${conflict.map}/${conflict.id}`} data-open={conflict.default !== null}>
+          <div>
+            <Link href={questionPath(conflict.robot, conflict.map, conflict.id)}>{describeConflict(conflict)}</Link>
+            <p>
+              {nameOf && <>{nameOf(conflict)} · </>}
+              {texts.questions.opened} <Moment at={conflict.opened_at} />
+              {conflict.fold_count > 0 && `, ${texts.questions.again(conflict.fold_count)}`}
+            </p>
+            {conflict.default && (
+              <p>
+                <time dateTime={conflict.default.at}>{fullTime(new Date(conflict.default.at))}</time>:{" "}
+                {texts.questions.until}
+              </p>
+            )}
+          </div>
+          <Icon name="right" />
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+/** Those of one map, for its own page; nothing where there are none. */
+export function MapQuestions({ conflicts }: { readonly conflicts: readonly Conflict[] }) {
+  if (conflicts.length === 0) return null;
+  return (
+    <section className={classes.ofMap} aria-labelledby="questions-of-map">
+      <h2 id="questions-of-map">{texts.questions.here}</h2>
+      <Questions conflicts={conflicts} />
+    </section>
+  );
+}
