@@ -58,6 +58,12 @@ def test_an_update_that_needed_the_meta_layer_waits_where_the_owner_wants_to_be_
     assert "waits" in held.reason
 
 
+def test_what_waits_is_told_as_what_would_be(home: SemanticMap, resolved: MapUpdate) -> None:
+    (told,) = hold_back(home, "1", resolved, ask_first=True, pinned=False).conflicts
+    assert told.summary == resolved.conflicts[0].summary.replace(" were kept ", " would be kept ")
+    assert " would be kept " in told.summary
+
+
 def test_an_update_that_found_a_room_waits_too_and_says_which(home: SemanticMap, plain: MapUpdate) -> None:
     found = replace(plain, discovered=("r2",))
     held = hold_back(home, "1", found, ask_first=True, pinned=False)

@@ -107,7 +107,7 @@ def _lost_rooms(
         resolved = taken and not best.failed & set(ids)
         cause = _cause(ids, best)
         dividers = tuple(d.id for d in previous.dividers if set(d.rooms) & set(ids))
-        summary = f"{loss(worst)}." if not resolved else f"{named.rooms(ids)} {_kept(ids, cause)}."
+        summary = f"{loss(worst)}." if not resolved else f"{named.rooms(ids)} {kept(ids, cause)}."
         conflicts.append(
             Conflict(named.id_of(kind, ids), kind, cause, tuple(group), dividers, (), summary, resolved, proposals)
         )
@@ -130,8 +130,9 @@ def loss(room: RoomScore) -> str:
     return f"{room.name} ran into its surroundings, only {room.precision:.0%} of it was {room.name} before"
 
 
-def _kept(ids: Sequence[str], cause: Cause) -> str:
-    verb = "was" if len(ids) == 1 else "were"
+def kept(ids: Sequence[str], cause: Cause, would: bool = False) -> str:
+    """What the meta layer did for rooms, or would do."""
+    verb = "would be" if would else "was" if len(ids) == 1 else "were"
     because = {
         "wall_gap": "a wall had a gap",
         "new_passage": "there is a new way through",

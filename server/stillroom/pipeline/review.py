@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from stillroom.maps.semantics import SemanticMap
-from stillroom.pipeline.conflicts import Action, Conflict, Naming, Proposal
+from stillroom.pipeline.conflicts import Action, Conflict, Naming, Proposal, kept
 from stillroom.pipeline.update import MapUpdate
 
 
@@ -43,7 +43,13 @@ def _held(conflict: Conflict, previous: SemanticMap, update: MapUpdate) -> Confl
     choices += [(p.action, p.map) for p in conflict.proposals if p.action == "take_new" and p.map != update.map]
     choices += [("keep_previous", previous)]
     proposals = tuple(Proposal(f"p{n}", action, n == 1, m) for n, (action, m) in enumerate(choices, 1))
-    return replace(conflict, resolved=False, proposals=proposals)
+    summary = _would_be_kept(conflict, previous) if conflict.resolved and conflict.rooms else conflict.summary
+    return replace(conflict, resolved=False, proposals=proposals, summary=summary)
+
+
+def _would_be_kept(conflict: Conflict, previous: SemanticMap) -> str:
+    ids = [room.id for room in conflict.rooms]
+    return f"{Naming(previous, '').rooms(ids)} {kept(ids, conflict.cause, would=True)}."
 
 
 def _action(m: SemanticMap) -> Action:
