@@ -60,7 +60,7 @@ def test_an_update_that_needed_the_meta_layer_waits_where_the_owner_wants_to_be_
 
 def test_what_waits_is_told_as_what_would_be(home: SemanticMap, resolved: MapUpdate) -> None:
     (told,) = hold_back(home, "1", resolved, ask_first=True, pinned=False).conflicts
-    assert told.summary == resolved.conflicts[0].summary.replace(" were kept ", " would be kept ")
+    assert told.summary == resolved.conflicts[0].summary.replace(" was kept ", " would be kept ")
     assert " would be kept " in told.summary
 
 
