@@ -85,14 +85,16 @@ export function describeMission({ status, outcome, version }: MissionState): str
 export function describeConflict(conflict: Conflict): string {
   const { kind, cause, state, rooms, summary } = conflict;
   const settled = state === "resolved_automatically";
+  const isHeld = kind === "connectivity" && conflict.proposals.some(({ action }) => action === "keep_previous");
   const keys = [
-    ...(isDiscovery(conflict) ? ["connectivity discovery"] : []),
+    ...(isDiscovery(conflict) ? ["connectivity discovery"] : isHeld ? [`held ${cause}`] : []),
     `${kind} ${cause}`,
     ...(settled && kind.startsWith("room_") ? ["settled"] : []),
     kind,
   ];
   const say = keys.map((key) => conflictTexts[key]).find((one) => one !== undefined);
-  const names = listed(rooms.map(({ name }) => name));
+  const failed = rooms.filter(({ passed }) => !passed);
+  const names = listed((failed.length > 0 && !settled ? failed : rooms).map(({ name }) => name));
   return say?.(names, Math.round((1 - Math.min(1, ...rooms.map(({ recall }) => recall))) * 100)) ?? summary;
 }
 

@@ -3,7 +3,7 @@ import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useId, useState } from "react";
 import { Link } from "wouter";
 import { answered, api, type Schemas } from "../api/client";
-import { parkedQuery, refreshAll } from "../api/queries";
+import { headQuery, parkedQuery, refreshAll } from "../api/queries";
 import { floorKey } from "../map/floors";
 import { mapPath } from "../paths";
 import { texts } from "../texts";
@@ -69,6 +69,7 @@ export function ParkedQuestion({ mission, floors, others, onPlaced }: QuestionPr
     onSettled: () => refreshAll(queries),
   });
   const titleOf = (floor: string) => floors.find(({ map }) => map === floor)?.name ?? floor;
+  const likely = mission.candidates.find(({ certain }) => certain);
   return (
     <section className={classes.question} aria-labelledby={headingId}>
       <h2 id={headingId}>{texts.parked.title}</h2>
@@ -79,6 +80,9 @@ export function ParkedQuestion({ mission, floors, others, onPlaced }: QuestionPr
           <p className={classes.reason}>{mission.reason}</p>
         </div>
       </div>
+      {likely && (
+        <BringBack robot={mission.robot} floor={likely.map} title={titleOf(likely.map)} share={likely.share} />
+      )}
       <div className={classes.choices}>
         {mission.candidates.map(({ map, share, certain }) => (
           <Button
@@ -115,6 +119,26 @@ export function ParkedQuestion({ mission, floors, others, onPlaced }: QuestionPr
       {place.isError && <p role="alert">{place.error.message}</p>}
       {others > 0 && <p className={classes.reason}>{texts.parked.more(others)}</p>}
     </section>
+  );
+}
+
+interface BringBackProps {
+  readonly robot: string;
+  readonly floor: string;
+  readonly title: string;
+  readonly share: number;
+}
+
+/** What is to be had again where a floor is known, as after a reset. */
+function BringBack({ robot, floor, title, share }: BringBackProps) {
+  const known = useQuery(headQuery(robot, floor));
+  if (!known.data) return null;
+  const count = (semantic: string) =>
+    known.data.features.filter(({ properties }) => properties.semantic === semantic).length;
+  return (
+    <p className={classes.back}>
+      {texts.parked.bringBack(title, Math.round(share * 100), count("room"), count("restriction"))}
+    </p>
   );
 }
 

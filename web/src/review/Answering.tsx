@@ -85,7 +85,7 @@ function worstOf({ rooms }: ReviewProps["conflict"]): string | null {
 }
 
 /** What happens by itself. */
-function Standing({ conflict }: { readonly conflict: ReviewProps["conflict"] }) {
+export function Standing({ conflict }: { readonly conflict: ReviewProps["conflict"] }) {
   const { default: standing, fold_count: again } = conflict;
   return (
     <p className={classes.standing}>

@@ -5,13 +5,13 @@ import { isMissing, type Schemas } from "../api/client";
 import { conflictQuery, headQuery, missionQuery, sensedQuery, versionQuery } from "../api/queries";
 import type { MapDocument } from "../map/document";
 import { type Conflict, isDiscovery, isParked } from "../map/questions";
-import pageClasses from "../pages/MapPage.module.css";
 import { ParkedQuestion } from "../pages/ParkedPanel";
 import { Failure, Loading, Nothing } from "../pages/states";
 import { mapPath, QUESTIONS_PATH } from "../paths";
 import { texts } from "../texts";
 import { describeConflict } from "../words";
-import { Answering } from "./Answering";
+import { Answering, Standing } from "./Answering";
+import { AnswerList } from "./AnswerList";
 import type { Situation } from "./answers";
 import { Ended } from "./Ended";
 import classes from "./Review.module.css";
@@ -78,7 +78,7 @@ function Review(props: ReviewProps & { readonly floors: readonly Schemas["MapSum
         <Link href={QUESTIONS_PATH}>{reviewTexts.questions}</Link>
         <Link href={mapPath(conflict.robot, conflict.map)}>{title}</Link>
       </nav>
-      <h1>{describeConflict(conflict)}</h1>
+      <h1>{isParked(conflict) ? texts.questions.parked : describeConflict(conflict)}</h1>
     </header>
   );
   return (
@@ -106,16 +106,20 @@ function Parked({
   heading,
 }: ReviewProps & { readonly floors: readonly Schemas["MapSummary"][]; readonly heading: ReactNode }) {
   const mission = useQuery(missionQuery(conflict.robot, conflict.map, conflict.mission));
-  const waits = mission.data && (mission.data.decision === null || conflict.decided_by === null);
   return (
     <div className={classes.parked}>
       {heading}
       {conflict.decided_by !== null && <Ended conflict={conflict} head={head} situation={NOTHING_KNOWN} />}
-      {waits && conflict.decided_by === null && mission.data && (
+      {conflict.decided_by === null && mission.data && (
         <ParkedQuestion mission={mission.data} floors={floors} others={0} onPlaced={() => undefined} />
       )}
+      {conflict.decided_by === null && (
+        <AnswerList conflict={conflict} situation={NOTHING_KNOWN} head={head} onDraw={null} onShow={() => undefined}>
+          <Standing conflict={conflict} />
+        </AnswerList>
+      )}
       {mission.data && (
-        <img className={pageClasses.map} src={mission.data.grid} alt={texts.parked.picture(mission.data.id)} />
+        <img className={classes.seen} src={mission.data.grid} alt={texts.parked.picture(mission.data.id)} />
       )}
     </div>
   );

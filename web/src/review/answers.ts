@@ -2,7 +2,7 @@
 
 import type { DividerFeature } from "../map/document";
 import type { Operation } from "../map/operations";
-import { type Conflict, isDiscovery, isDoor } from "../map/questions";
+import { type Conflict, isDiscovery, isDoor, isParked } from "../map/questions";
 
 export type Response = "accept" | "reject" | "annotate" | "temporary";
 /** In the texts under `answer` and `hint`. */
@@ -115,6 +115,7 @@ function refusing(conflict: Conflict, { taken }: Situation): Answer[] {
   const rooms = roomsOf(conflict);
   const temporary = answer("temporary", "temporary", "temporary", []);
   const reject = (saying: Saying) => answer("reject", "reject", saying, rooms);
+  if (isParked(conflict)) return [reject("ignore")];
   if (isDiscovery(conflict)) return offers("keep_previous") ? [] : [reject("undoRepair")];
   if (isDoor(conflict)) return offers("keep_previous") ? [temporary] : [reject("noDoor")];
   if (isSettled(conflict)) return offers("take_new") || offers("keep_previous") ? [] : [reject("undoRepair")];

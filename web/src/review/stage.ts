@@ -35,14 +35,16 @@ export function seenDocument(like: MapDocument, sensed: Sensed): MapDocument {
   return { ...like, version: 0, frame: sensed.frame, grid: sensed.grid, cells: sensed.cells, features: [] };
 }
 
-/** Where a person has to look: at the rooms, dividers and zones that are asked about, else at what changed most. */
+/** Where a person has to look: at what is asked about and what would be added, else at what changed most. `documents`: before, after. */
 export function focusOf(conflict: Conflict, documents: readonly MapDocument[], sensed: Sensed): Bounds | null {
   const ids = new Set([...conflict.rooms.map(({ id }) => id), ...conflict.dividers, ...conflict.restrictions]);
   const rooms = new Set(conflict.rooms.map(({ id }) => id));
+  const known = new Set(documents[0]?.features.map(({ id }) => id));
+  const isNew = ({ id, properties }: MapFeature) => properties.semantic === "room" && !known.has(id);
   const all = documents.flatMap(({ features }) => features);
-  const named = all.filter(({ id }) => (rooms.size > 0 ? rooms.has(id) : ids.has(id)));
+  const named = all.filter((one) => (rooms.size > 0 ? rooms.has(one.id) : ids.has(one.id)) || isNew(one));
   const proposed = conflict.proposals.flatMap(({ features }) => features.filter(isAddition));
-  const shapes: readonly Pick<MapFeature, "geometry">[] = named.length > 0 ? named : proposed;
+  const shapes: readonly Pick<MapFeature, "geometry">[] = [...named, ...proposed];
   const largest = sensed.differences[0]?.geometry.coordinates[0] ?? [];
   return focusOn(shapes.length > 0 ? shapes.flatMap(pointsOf) : largest);
 }

@@ -191,6 +191,8 @@ export const de: Texts = {
     picture: (mission) => `Was der Roboter in Fahrt ${mission} sah`,
     fit: (percent) => `${percent} % seiner Wände passen`,
     certain: "sieht danach aus",
+    bringBack: (floor, percent, rooms, zones) =>
+      `Das sieht nach ${floor} aus (passt zu ${percent} %): ${count(rooms, "Raum", "Räume")}${zones > 0 ? ` und ${count(zones, "Zone", "Zonen")}` : ""} zurückholen?`,
     newFloor: "Ein neues Stockwerk",
     name: "Name des neuen Stockwerks",
     add: "Neues Stockwerk anlegen",
@@ -236,6 +238,8 @@ export const conflictDe: ConflictTexts = {
       ? `Die Trennlinie bei ${rooms} fand keine Wand, an der sie enden kann, und ist nicht mehr auf der Karte.`
       : "Eine Trennlinie fand keine Wand, an der sie enden kann, und ist nicht mehr auf der Karte.",
   "connectivity door_closed": (rooms) => `Der Weg zwischen ${rooms} war zu und ist wieder offen. Ist dort eine Tür?`,
+  "held new_passage": (rooms) => (rooms ? `Neben ${rooms} käme ein neuer Raum hinzu.` : "Ein neuer Raum käme hinzu."),
+  "held unknown": () => "Die Karte würde repariert.",
   "connectivity discovery": (rooms) => `Ein neuer Raum wurde gefunden: ${rooms}.`,
   connectivity: (rooms) =>
     rooms

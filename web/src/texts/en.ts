@@ -185,6 +185,8 @@ export const en = {
     picture: (mission: string) => `What the robot saw in mission ${mission}`,
     fit: (percent: number) => `${percent} % of its walls fit`,
     certain: "looks like it",
+    bringBack: (floor: string, percent: number, rooms: number, zones: number) =>
+      `This looks like ${floor} (fit ${percent} %): bring back ${count(rooms, "room", "rooms")}${zones > 0 ? ` and ${count(zones, "zone", "zones")}` : ""}?`,
     newFloor: "A new floor",
     name: "Name of the new floor",
     add: "Make the new floor",

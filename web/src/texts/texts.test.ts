@@ -17,7 +17,7 @@ function leaves(value: unknown, path = ""): Map<string, string> {
 
 /** A sentence, its blanks filled with what each takes. */
 function said(sentence: (...blanks: unknown[]) => string): string {
-  for (const blanks of [["X", [1, 2]], [2, 3], [[1, 2]], [["A", "B"]]]) {
+  for (const blanks of [["X", [1, 2]], [2, 3], [[1, 2]], [["A", "B"]], ["X", 1, 2, 3]]) {
     try {
       return sentence(...blanks);
     } catch {
