@@ -39,6 +39,7 @@ OWN = {
     ("GET", f"{MAP}/conflicts"): "read",
     ("GET", f"{MAP}/conflicts/c1"): "read",
     ("GET", f"{MAP}/conflicts/c1/proposals/p1"): "read",
+    ("GET", f"{MAP}/conflicts/c1/sensed"): "read",
     ("POST", f"{MAP}/conflicts/c1/decision"): "edit",
     ("POST", f"{MAP}/conflicts/decision"): "edit",
     ("GET", f"{MAP}/missions/0/cells.png"): "read",
@@ -121,7 +122,12 @@ def test_the_table_above_names_every_route_that_is_not_public(service: Service) 
     }
     assert listed == of_maps
     others = {path for path in spec if "/maps/{map}" not in path} - PUBLIC
-    assert others == {"/api/v1/robots", "/api/v1/session", "/api/v1/events", "/api/v1/conflicts"}
+    own = {path for path in others if path.startswith(("/api/v1/notifications", "/api/v1/webhooks"))}
+    assert others - own == {"/api/v1/robots", "/api/v1/session", "/api/v1/events", "/api/v1/conflicts"}
+    for path in own:  # whose they are, is in their own tests; here: nobody without a credential, and no robot
+        for method in spec[path]:
+            there = path.format(webhook="webhook_1", delivery=1, subscription="push_1")
+            assert refused(service.stranger, method.upper(), there) == 401, path
 
 
 def test_robots_are_made_by_operators_alone(callers: dict[str, Caller]) -> None:
