@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.looking import FIRST, SECOND, eventually, map_of, painted
+from tests.e2e.looking import FIRST, SECOND, Colour, eventually, map_of, painted
 
 Place = tuple[float, float]
 WEST, EAST, SOUTH, NORTH = 0.0, 8.0, -1.0, 3.0
@@ -46,12 +46,12 @@ class Pen:
         self.page.mouse.move(*self.at(place))
 
 
-def pen(page: Page) -> Pen:
-    """Once the home is drawn whole and untouched."""
-    eventually(page, lambda: len(painted(page, FIRST)) > 1000 and len(painted(page, SECOND)) > 1000)
+def pen(page: Page, colours: tuple[Colour, ...] = (FIRST, SECOND)) -> Pen:
+    """Once the home is drawn whole and untouched. `colours`: of the rooms that it has."""
+    eventually(page, lambda: all(len(painted(page, colour)) > 1000 for colour in colours))
     box = map_of(page).bounding_box()
     assert box is not None
-    home = np.concatenate([painted(page, FIRST), painted(page, SECOND)])
+    home = np.concatenate([painted(page, colour) for colour in colours])
     left, right, top = float(home[:, 0].min()), float(home[:, 0].max()), float(home[:, 1].min())
     scale = (right - left) / (EAST - WEST)
     return Pen(page, box["x"] + left, box["y"] + top + (NORTH - SOUTH) * scale, scale)

@@ -2,7 +2,6 @@ import { Button } from "@mantine/core";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, type ReactNode, useEffect, useId, useRef, useState } from "react";
 import { Link, useSearchParams } from "wouter";
-import { Problem } from "../api/client";
 import { conflictQuery, refreshAll } from "../api/queries";
 import type { MapDocument } from "../map/document";
 import { type Conflict, isDiscovery } from "../map/questions";
@@ -20,6 +19,8 @@ interface AnswerListProps {
   /** Null where there is nothing to draw. */
   readonly onDraw: (() => void) | null;
   readonly onShow: (proposal: string) => void;
+  /** Called where an answer was refused: another one may have come first. */
+  readonly onRefused: () => void;
   /** What happens without an answer. */
   readonly children: ReactNode;
 }
@@ -28,7 +29,7 @@ const MOST_TRIES = 5;
 const FIRST_WAIT_MS = 500;
 
 /** Each answer is one tap; what it does is written on it. */
-export function AnswerList({ conflict, situation, head, onDraw, onShow, children }: AnswerListProps) {
+export function AnswerList({ conflict, situation, head, onDraw, onShow, onRefused, children }: AnswerListProps) {
   const queries = useQueryClient();
   const [search] = useSearchParams();
   const headingId = useId();
@@ -44,6 +45,7 @@ export function AnswerList({ conflict, situation, head, onDraw, onShow, children
     onSuccess: (ended) => {
       queries.setQueryData(conflictQuery(conflict.robot, conflict.map, conflict.id).queryKey, ended);
     },
+    onError: onRefused,
     onSettled: () => refreshAll(queries),
   });
   const nameOf = (id: string) => roomName(id, head, conflict);
@@ -158,7 +160,6 @@ export function Progress({ answer }: ProgressProps) {
       </p>
       {answer.error && (
         <p className={classes.refused} role="alert">
-          {answer.error instanceof Problem && answer.error.status === 409 && <strong>{reviewTexts.late} </strong>}
           {answer.error.message}
         </p>
       )}

@@ -18,6 +18,7 @@ const Drawing = lazy(() => import("./Drawing"));
 interface AnsweringProps extends ReviewProps {
   readonly situation: Situation;
   readonly heading: ReactNode;
+  readonly onRefused: () => void;
   /** How it ended, where it did: there is nothing to answer then. */
   readonly ended: ReactNode;
 }
@@ -61,6 +62,7 @@ export function Answering(props: AnsweringProps) {
             head={head}
             onDraw={canDraw ? () => setDrawing(true) : null}
             onShow={setShown}
+            onRefused={props.onRefused}
           >
             <Standing {...props} />
           </AnswerList>

@@ -27,6 +27,7 @@ import { reviewTexts } from "./texts";
 interface DrawingProps extends ReviewProps {
   /** The map before, in the mission's frame. */
   readonly here: MapDocument;
+  readonly onRefused: () => void;
   readonly onDone: () => void;
 }
 
@@ -38,7 +39,7 @@ interface Refusal {
 const MOST_TRIES = 3;
 
 /** Answers a question with boundaries of one's own: drawn on what the robot saw, tried by the service, then decided. */
-export default function Drawing({ conflict, sensed, title, here, onDone }: DrawingProps) {
+export default function Drawing({ conflict, sensed, title, here, onRefused, onDone }: DrawingProps) {
   const queries = useQueryClient();
   const base = useBase({ conflict, sensed, here });
   const [lines, setLines] = useState<readonly Line[]>([]);
@@ -59,6 +60,7 @@ export default function Drawing({ conflict, sensed, title, here, onDone }: Drawi
     onSuccess: (ended) => {
       queries.setQueryData(conflictQuery(conflict.robot, conflict.map, conflict.id).queryKey, ended);
     },
+    onError: onRefused,
     onSettled: () => refreshAll(queries),
   });
 

@@ -18,10 +18,12 @@ interface EndedProps {
   readonly conflict: Conflict;
   readonly head: MapDocument;
   readonly situation: Situation;
+  /** Whether an answer was given here that came too late. */
+  readonly late: boolean;
 }
 
 /** How a question ended, what came of it, how to take that back, and where to go on. */
-export function Ended({ conflict, head, situation }: EndedProps) {
+export function Ended({ conflict, head, situation, late }: EndedProps) {
   const { ended } = reviewTexts;
   const heading = useRef<HTMLHeadingElement>(null);
   // The buttons that had the focus are gone: whoever listens goes on here.
@@ -33,6 +35,7 @@ export function Ended({ conflict, head, situation }: EndedProps) {
       <h2 ref={heading} tabIndex={-1}>
         {ended[state]}
       </h2>
+      {late && conflict.response !== null && <p>{reviewTexts.late}</p>}
       <What conflict={conflict} head={head} situation={situation} />
       {conflict.response !== null && conflict.decided_by !== null && conflict.decided_at !== null && (
         <p>
@@ -52,7 +55,7 @@ export function Ended({ conflict, head, situation }: EndedProps) {
 }
 
 /** What was answered, in the words of the buttons. */
-function What({ conflict, head, situation }: EndedProps) {
+function What({ conflict, head, situation }: Omit<EndedProps, "late">) {
   const { ended, answer } = reviewTexts;
   const { state, superseded_by: by, response } = conflict;
   if (state === "expired") return <p>{ended.kept}</p>;

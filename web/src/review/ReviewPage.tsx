@@ -1,5 +1,5 @@
 import { useQuery } from "@tanstack/react-query";
-import { type ReactNode, useMemo } from "react";
+import { type ReactNode, useMemo, useState } from "react";
 import { Link } from "wouter";
 import { isMissing, type Schemas } from "../api/client";
 import { conflictQuery, headQuery, missionQuery, sensedQuery, versionQuery } from "../api/queries";
@@ -71,6 +71,8 @@ export interface ReviewProps {
 function Review(props: ReviewProps & { readonly floors: readonly Schemas["MapSummary"][] }) {
   const { conflict, head, title } = props;
   const situation = useMemo(() => situationOf(conflict, head, props.sensed), [conflict, head, props.sensed]);
+  const [refused, setRefused] = useState(false);
+  const onRefused = () => setRefused(true);
   const isOver = conflict.decided_by !== null;
   const heading = (
     <header className={classes.heading}>
@@ -85,13 +87,14 @@ function Review(props: ReviewProps & { readonly floors: readonly Schemas["MapSum
     <>
       <title>{`${reviewTexts.question}: ${title} · ${texts.product}`}</title>
       {isParked(conflict) ? (
-        <Parked {...props} heading={heading} />
+        <Parked {...props} heading={heading} onRefused={onRefused} />
       ) : (
         <Answering
           {...props}
           situation={situation}
           heading={heading}
-          ended={isOver ? <Ended conflict={conflict} head={head} situation={situation} /> : null}
+          onRefused={onRefused}
+          ended={isOver ? <Ended conflict={conflict} head={head} situation={situation} late={refused} /> : null}
         />
       )}
     </>
@@ -104,17 +107,29 @@ function Parked({
   head,
   floors,
   heading,
-}: ReviewProps & { readonly floors: readonly Schemas["MapSummary"][]; readonly heading: ReactNode }) {
+  onRefused,
+}: ReviewProps & {
+  readonly floors: readonly Schemas["MapSummary"][];
+  readonly heading: ReactNode;
+  readonly onRefused: () => void;
+}) {
   const mission = useQuery(missionQuery(conflict.robot, conflict.map, conflict.mission));
   return (
     <div className={classes.parked}>
       {heading}
-      {conflict.decided_by !== null && <Ended conflict={conflict} head={head} situation={NOTHING_KNOWN} />}
+      {conflict.decided_by !== null && <Ended conflict={conflict} head={head} situation={NOTHING_KNOWN} late={false} />}
       {conflict.decided_by === null && mission.data && (
         <ParkedQuestion mission={mission.data} floors={floors} others={0} onPlaced={() => undefined} />
       )}
       {conflict.decided_by === null && (
-        <AnswerList conflict={conflict} situation={NOTHING_KNOWN} head={head} onDraw={null} onShow={() => undefined}>
+        <AnswerList
+          conflict={conflict}
+          situation={NOTHING_KNOWN}
+          head={head}
+          onDraw={null}
+          onShow={() => undefined}
+          onRefused={onRefused}
+        >
           <Standing conflict={conflict} />
         </AnswerList>
       )}
