@@ -1,26 +1,19 @@
 """No request that somebody asks for reaches the inner network, and none takes long."""
 
 import socket
-import ssl
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from datetime import UTC, datetime, timedelta
 from http.server import BaseHTTPRequestHandler
 from ipaddress import ip_address, ip_network
 from pathlib import Path
 
 import httpcore2
 import pytest
-from cryptography import x509
-from cryptography.hazmat.primitives import hashes
-from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
 
 from stillroom.errors import InvalidInput
 from stillroom.service.messages.outbound import Forbidden, check_url, is_allowed, post
 from stillroom.settings import Outbound
-from tests.telling import HERE, Names, answering, receiving
+from tests.service.messages.certificates import self_signed
+from tests.telling import HERE, Names, answering, receiving, silent
 
 PUBLIC = ["8.8.8.8", "93.184.215.14", "2606:4700:4700::1111"]
 INNER = [
@@ -192,7 +185,8 @@ def test_a_receiver_that_never_answers_ends_when_its_time_is_over() -> None:
 
 def test_certificates_are_judged_by_the_name_of_the_url(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     names = Names({name: [["127.0.0.1"]] for name in ("hooks.example", "other.example")})
-    with speaking_tls(tmp_path, "hooks.example") as port:
+    with receiving(self_signed(tmp_path, "hooks.example")) as there:
+        port = there.port
         with pytest.raises(httpcore2.ConnectError, match="CERTIFICATE_VERIFY_FAILED"):
             post(f"https://hooks.example:{port}/", {}, b"x", HERE, names)
         monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "certificate.pem"))  # from now on somebody vouches for it
@@ -207,31 +201,3 @@ def test_a_name_that_nobody_has_can_not_be_reached() -> None:
 
     with pytest.raises(httpcore2.ConnectError, match="can't be resolved"):
         post("https://nobody.invalid/", {}, b"x", Outbound(), nobody)
-
-
-@contextmanager
-def silent() -> Iterator[int]:
-    """Takes connections and says nothing."""
-    with socket.create_server(("127.0.0.1", 0)) as there:
-        port: int = there.getsockname()[1]
-        yield port
-
-
-@contextmanager
-def speaking_tls(folder: Path, name: str) -> Iterator[int]:
-    """A receiver with a certificate of its own making."""
-    key, now = ec.generate_private_key(ec.SECP256R1()), datetime.now(UTC)
-    who = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, name)])
-    certificate = (
-        x509.CertificateBuilder(who, who, key.public_key(), 1, now - timedelta(days=1), now + timedelta(days=1))
-        .add_extension(x509.SubjectAlternativeName([x509.DNSName(name)]), critical=False)
-        .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
-        .sign(key, hashes.SHA256())
-    )
-    secret = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
-    (folder / "certificate.pem").write_bytes(certificate.public_bytes(Encoding.PEM))
-    (folder / "both.pem").write_bytes(secret + certificate.public_bytes(Encoding.PEM))
-    tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    tls.load_cert_chain(folder / "both.pem")
-    with receiving(tls) as there:
-        yield there.port
