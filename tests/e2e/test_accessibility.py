@@ -6,13 +6,37 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, expect
 
+from tests.e2e.asking import OPEN_PLAN, question, send, settings
 from tests.e2e.conftest import ROOT, OpenPage, Robot
 from tests.e2e.looking import shown
 from tests.homes import home
 
 AXE = ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js"
-PAGES = ("list", "rooms", "history", "old version", "editor", "signed out", "nothing")
+QUESTIONS = ("questions", "question", "drawing", "answered")
+PAGES = ("list", "rooms", "history", "old version", "editor", "signed out", "nothing", *QUESTIONS)
 Keep = Callable[[Page, str], None]
+
+
+def asked(name: str, robot: Robot, open_page: OpenPage, **options: object) -> Page:
+    """The pages of a question that waits."""
+    settings(robot, review="ask_first")
+    send(robot, "2", OPEN_PLAN)
+    page = open_page("/questions" if name == "questions" else question(robot), **options)
+    if name == "questions":
+        expect(page.get_by_role("listitem").first).to_be_visible()
+        return page
+    expect(page.get_by_role("button", name="Take the new map")).to_be_visible()
+    if name == "question":
+        page.get_by_role("button", name="What the robot saw").click()
+        page.get_by_role("button", name="Layers").click()
+    if name == "drawing":
+        page.get_by_role("button", name="Draw the boundary myself").click()
+        page.get_by_role("button", name="Divide here").click()
+        expect(page.get_by_text("With this: ")).to_be_visible()
+    if name == "answered":
+        page.get_by_role("button", name="Take the new map").click()
+        expect(page.get_by_role("button", name="Undo this")).to_be_visible()
+    return page
 
 
 @pytest.fixture
@@ -32,6 +56,8 @@ def visit(mapped: Robot, open_page: OpenPage) -> Callable[..., Page]:
         elif name == "nothing":
             page = open_page("/nothing/here", **options)
             expect(page.get_by_role("heading", name="Nothing here")).to_be_visible()
+        elif name in QUESTIONS:
+            page = asked(name, mapped, open_page, **options)
         elif name == "editor":
             page = open_page(f"{mapped.page}?edit", **options)
             page.get_by_role("button", name=re.compile("^Kitchen 1")).click()

@@ -241,6 +241,7 @@ def test_a_line_that_another_one_held_up_is_refused_with_its_place(asked: Robot,
     expect(page.get_by_role("status").filter(has_text="Room 3")).to_be_visible()
     page.get_by_role("combobox", name="Room").select_option("Room 3")
     page.get_by_role("combobox", name="Line").select_option("level")
+    page.get_by_label("Position").fill("50")
     page.get_by_role("button", name="Divide here").click()
     expect(page.get_by_role("status").filter(has_text="Room 4")).to_be_visible()
     page.get_by_role("button", name="Remove Line 1").click()
