@@ -326,6 +326,21 @@ def test_furniture_that_moves_to_another_wall_changes_no_rooms_shape() -> None:
     assert shapely.intersection(clutter, here).area < 0.05
 
 
+def test_a_wall_that_opened_beside_a_bed_that_moved_is_parted_along_the_wall() -> None:
+    """Not around where the bed stood: the lost room's boundary was the bed's edge there, its neighbour's was the wall."""
+    bed = rectangle(1.8, 2.9, 4.0, 4.4)
+    before = upload(BASE, HOME).map
+    base = create_map(paint(HOME, Cell.OCCUPIED, bed), "0", Ids())
+    a, b = (min(base.rooms, key=lambda r: -covers(r.polygon, named(before, name).polygon)) for name in "AB")
+    grid = paint(HOME, Cell.FREE, rectangle(4.0, 2.2, 4.2, 4.4))
+    update = upload(base, grid)
+    assert update.outcome == "resolved", update.reason
+    rooms = {room.id: room.polygon for room in update.map.rooms}
+    assert covers(rooms[a.id], bed) > 0.95
+    assert shapely.intersection(rooms[b.id], bed).area < 0.01
+    assert sum(d.shape.length for d in update.map.meta.dividers) < 3.0
+
+
 # -- open plan -------------------------------------------------------------------------------------------------------
 
 

@@ -16,7 +16,7 @@ from stillroom.pipeline.obstacles import find_gaps
 from stillroom.pipeline.params import PARAMS
 from stillroom.pipeline.resolution import Attempt
 from stillroom.pipeline.scores import score_rooms
-from stillroom.pipeline.transfer import Transfer, track, transfer_semantics
+from stillroom.pipeline.transfer import track, transfer_semantics
 from tests.drawing import paint, rectangle
 from tests.golden.homes import FOUR_ROOMS
 from tests.golden.uploads import covers, first_map
@@ -92,14 +92,35 @@ def test_a_doorway_that_a_person_declined_is_not_proposed_again() -> None:
     assert discover(made, (Declined(DOORWAY),), PARAMS).dividers == ()
 
 
-def gaps_of(transfer: Transfer, place: Polygon) -> list[bool]:
+def doorways(made: Attempt, place: Polygon) -> list[bool]:
+    """Of the gaps in walls at a place, which lead to the one new region."""
+    transfer = made.transfer
+    (region,) = new_floor(transfer, PARAMS)
     walls = [as_points(w.line) for w in transfer.tracked.walls if w.kind == "wall"]
     gaps = find_gaps(walls, ~transfer.obstacles.floor, transfer.grid.frame, PARAMS)
-    return [is_doorway(gap, transfer, PARAMS) for gap in gaps if shapely.LineString(gap.path).intersects(place)]
+    return [is_doorway(gap, region, transfer, PARAMS) for gap in gaps if shapely.LineString(gap.path).intersects(place)]
 
 
 def test_a_gap_in_a_wall_that_goes_on_beyond_both_ends_is_a_doorway() -> None:
-    assert any(gaps_of(attempt(with_study(DOORWAY)).transfer, DOORWAY.buffer(0.1)))
+    assert any(doorways(attempt(with_study(DOORWAY)), DOORWAY.buffer(0.1)))
+
+
+def test_a_doorway_in_a_ragged_wall_is_one_where_more_lies_behind_it_than_furniture_covers() -> None:
+    ragged = [rectangle(8.15, y, 8.45, y + 0.15) for y in (2.5, 3.75)]
+    assert STUDY.area > PARAMS.furniture_area_m2
+    assert any(doorways(attempt(with_study(DOORWAY, *ragged)), DOORWAY.buffer(0.1)))
+
+
+@pytest.mark.parametrize("depth", [1.7, 2.0])
+def test_what_was_under_a_bed_that_has_gone_is_no_new_room(depth: float) -> None:
+    """The bed stood between two walls, in front of a third: the wall goes on beyond one end of its edge."""
+    bed = rectangle(4.2, 4.4 - 1.4, 4.2 + depth, 4.4)
+    base = create_map(paint(HOME, Cell.OCCUPIED, bed, rectangle(4.0, 2.0, 4.2, 3.0)), "0", Ids())
+    grid = paint(HOME, Cell.OCCUPIED, rectangle(4.0, 2.0, 4.2, 4.4))
+    made = attempt(grid, base)
+    if regions := new_floor(made.transfer, PARAMS):
+        assert covers(regions[0], bed) > 0.5
+    assert discover(made, (), PARAMS).dividers == ()
 
 
 def test_furniture_that_was_taken_for_a_wall_and_has_gone_leaves_no_doorway() -> None:

@@ -117,7 +117,13 @@ def test_attaching_does_not_depend_on_how_the_home_is_turned(
     turned: MultiPolygon = shapely.transform(HALL, turn.apply)
     there = attach(as_line(turn.apply(as_points((a, b)))), turned, (), REACH_M)
     here = attach((a, b), HALL, (), REACH_M)
-    assert type(there) is type(here)
+    if type(there) is not type(here):
+        # a line that runs a few millimetres beside a wall divides something, or nothing, by the last digit
+        found, floor = (here, HALL) if isinstance(here, Attached) else (there, turned)
+        assert isinstance(found, Attached)
+        beside = shapely.points(shapely.get_coordinates(shapely.segmentize(shapely.LineString(found.line), 0.01)))
+        assert shapely.distance(beside, floor.boundary).max() < 0.01
+        return
     if isinstance(here, Attached) and isinstance(there, Attached):
         assert_allclose(as_points(there.line), turn.apply(as_points(here.line)), atol=0.01)
 

@@ -19,7 +19,7 @@ from stillroom.maps.semantics import Clutter, Divider, Ids, Phantom, Restriction
 Json = dict[str, Any]
 Rings = list[list[list[float]]]
 
-FORMAT = 4
+FORMAT = 5
 
 
 def _with_anchors(document: Json) -> Json:
@@ -35,7 +35,16 @@ def _with_declined_and_counts(document: Json) -> Json:
     return document | counted | {"declined": []}
 
 
-UPGRADES: tuple[Callable[[Json], Json], ...] = (_with_anchors, _with_kinds_and_phantoms, _with_declined_and_counts)
+def _with_shut_dividers(document: Json) -> Json:
+    return document | {"dividers": [divider | {"shut": "never"} for divider in document["dividers"]]}
+
+
+UPGRADES: tuple[Callable[[Json], Json], ...] = (
+    _with_anchors,
+    _with_kinds_and_phantoms,
+    _with_declined_and_counts,
+    _with_shut_dividers,
+)
 """UPGRADES[n - 1] makes a document of format n one of format n + 1."""
 
 
@@ -67,7 +76,14 @@ def encode_map(semantic_map: SemanticMap) -> Json:
             for r in m.rooms
         ],
         "dividers": [
-            {"id": d.id, "line": _line(d.line), "kind": d.kind, "made_by": d.made_by, "rooms": list(d.rooms)}
+            {
+                "id": d.id,
+                "line": _line(d.line),
+                "kind": d.kind,
+                "made_by": d.made_by,
+                "rooms": list(d.rooms),
+                "shut": d.shut,
+            }
             for d in m.dividers
         ],
         "walls": [{"id": w.id, "line": _line(w.line), "kind": w.kind} for w in m.walls],
@@ -102,7 +118,8 @@ def decode_map(document: Json, ids: Ids = Ids()) -> SemanticMap:
         frame=GridFrame(frame["resolution"], frame["width"], frame["height"], Pose(*frame["origin"])),
         rooms=tuple(_room(r) for r in d["rooms"]),
         dividers=tuple(
-            Divider(v["id"], _segment(v["line"]), v["kind"], v["made_by"], tuple(v["rooms"])) for v in d["dividers"]
+            Divider(v["id"], _segment(v["line"]), v["kind"], v["made_by"], tuple(v["rooms"]), v["shut"])
+            for v in d["dividers"]
         ),
         walls=tuple(Wall(w["id"], _points(w["line"]), w["kind"]) for w in d["walls"]),
         clutter=tuple(Clutter(c["id"], _polygon(c["polygon"])) for c in d["clutter"]),

@@ -13,6 +13,7 @@ from stillroom.maps.meta import MapMeta
 
 MadeBy = Literal["algorithm", "user"]
 DividerKind = Literal["open", "door"]
+Shut = Literal["never", "once", "asked"]
 WallKind = Literal["wall", "open", "unseen"]
 RestrictionKind = Literal["no_go", "no_mop", "virtual_wall"]
 RoomKind = Literal[
@@ -70,6 +71,8 @@ class Divider:
     kind: DividerKind = "open"
     made_by: MadeBy = "algorithm"
     rooms: tuple[str, ...] = ()
+    shut: Shut = "never"
+    """Whether obstacles closed it in some mission, and whether a person was asked since if it is a door."""
 
 
 @dataclass(frozen=True)

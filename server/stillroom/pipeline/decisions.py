@@ -9,10 +9,10 @@ from shapely import LineString, Polygon
 from stillroom.maps.constraints import violations
 from stillroom.maps.geometry import Line, as_line, as_points, as_tuples
 from stillroom.maps.grid import OccupancyGrid
-from stillroom.maps.meta import Declined, MapMeta
+from stillroom.maps.meta import Declined, MapMeta, MetaDivider
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Divider, Phantom, SemanticMap, Wall
-from stillroom.pipeline.edits import AcceptMetaDivider, apply_edits
+from stillroom.pipeline.edits import AcceptMetaDivider, MergeRooms, SetDividerKind, apply_edits
 from stillroom.pipeline.edits.rooms import match_rooms
 from stillroom.pipeline.obstacles import corrected
 from stillroom.pipeline.params import PARAMS, Params
@@ -73,6 +73,40 @@ def own(m: SemanticMap, corrections: MapMeta, grid: OccupancyGrid, params: Param
     under = grid_under(m, _covering(grid, m))
     walls = wall_features(floor_of(m.rooms), under.occupied_distance, under.frame, version[1:], params)
     return replace(m, walls=walls)
+
+
+def make_doors(m: SemanticMap, dividers: Collection[str], params: Params = PARAMS) -> SemanticMap:
+    """With these dividers as doors, those that there still are."""
+    operations = [SetDividerKind(divider.id, "door") for divider in m.dividers if divider.id in dividers]
+    return apply_edits(m, operations, params).map if operations else m
+
+
+def joined(m: SemanticMap, part: str, whole: str, until: str | None = None, params: Params = PARAMS) -> Decided:
+    """The room `part` made part of the room `whole`, which stays what it is called; nothing is to divide them there again.
+
+    Raises InvalidEdit where they do not touch.
+    """
+    dividers: tuple[Divider | MetaDivider, ...] = (*m.dividers, *m.meta.dividers)
+    between = [d for d in dividers if {part, whole} <= set(d.rooms)]
+    merged = apply_edits(m, [MergeRooms((whole, part))], params).map
+    kept = m.room(whole)
+    rooms = tuple(
+        replace(kept, polygon=room.polygon, anchor=room.anchor) if kept and room.id in (part, whole) else room
+        for room in merged.rooms
+    )
+
+    def beside(ids: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(whole if room == part else room for room in ids)
+
+    declined = (*merged.meta.declined, *(Declined(LineString(d.line), until) for d in between))
+    meta_dividers = tuple(replace(d, rooms=beside(d.rooms)) for d in merged.meta.dividers)
+    without = replace(
+        merged,
+        rooms=rooms,
+        dividers=tuple(replace(d, rooms=beside(d.rooms)) for d in merged.dividers),
+        meta=replace(merged.meta, dividers=meta_dividers, declined=declined),
+    )
+    return Decided(without, {part: whole})
 
 
 def annotated(m: SemanticMap, lines: Sequence[Line], motion: Motion) -> SemanticMap:

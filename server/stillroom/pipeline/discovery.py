@@ -34,6 +34,9 @@ STRAIGHT = 1.3
 JAMB_M = 0.35
 HELD = 0.8
 """Share of that length beyond a gap's end on which the wall goes on."""
+BEHIND_M = 0.8
+WIDER_M = 0.25
+"""A room is wider than its doorway by this within that distance, on both sides together."""
 SAME_M = 0.5
 """Dividers whose middles are nearer than this are one: both faces of a wall have a gap where there is a door."""
 
@@ -63,7 +66,7 @@ def discover(attempt: Attempt, declined: Sequence[Declined], params: Params) -> 
         beside = [gap for gap in gaps if shapely.dwithin(LineString(gap.path), region, BESIDE_M)]
         enclosed = enclosure(region, transfer.tracked, transfer.grid, params) >= params.room_enclosure
         if enclosed and region.area >= params.room_area_m2:
-            doorways = [as_line(gap.path[[0, -1]]) for gap in beside if is_doorway(gap, transfer, params)]
+            doorways = [as_line(gap.path[[0, -1]]) for gap in beside if is_doorway(gap, region, transfer, params)]
             dividers += [line for line in doorways if _is_elsewhere(line, dividers)]
             known = [d.line for d in transfer.candidate.dividers]
             dividers += _estimated(region, [*known, *dividers], transfer, params)
@@ -88,16 +91,31 @@ def new_floor(transfer: Transfer, params: Params) -> list[Polygon]:
     return [part for part in polygons_in(grown) if part.area >= params.growth_area_m2]
 
 
-def is_doorway(gap: Gap, transfer: Transfer, params: Params) -> bool:
-    """Whether the wall goes on straight beyond a gap on both sides, or on one and ends on another wall there.
+def is_doorway(gap: Gap, region: Polygon, transfer: Transfer, params: Params) -> bool:
+    """Whether a gap in a wall leads to another room, the new floor behind it.
 
-    Where furniture was taken for a wall and has gone, it does not.
+    Where furniture was taken for a wall and has gone, what was under it is no wider than the gap, or the wall does not go on straight
+    beyond both of its ends. More floor than furniture covers was not under any, however ragged the wall.
     """
     detour = float(np.linalg.norm(np.diff(gap.path, axis=0), axis=1).sum())
     if not gap.bounded or gap.chord_m > params.divider_length_m[1] or detour > STRAIGHT * gap.chord_m:
         return False
-    held = _held(as_line(gap.path[[0, -1]]), transfer)
-    return max(held) > HELD and min(held) > 0
+    if not _widens(gap, region):
+        return False
+    if region.area > params.furniture_area_m2:
+        return gap.chord_m > params.door_width_m
+    return min(_held(as_line(gap.path[[0, -1]]), transfer)) > HELD
+
+
+def _widens(gap: Gap, region: Polygon) -> bool:
+    """Whether the region is wider, close behind a gap, than the gap."""
+    ends = gap.path[[0, -1]]
+    along = (ends[1] - ends[0]) / max(gap.chord_m, 1e-9)
+    aside = BEHIND_M * np.array([-along[1], along[0]])
+    ends = ends + BEHIND_M * np.array([-along, along])
+    behind = shapely.intersection(region, Polygon([*(ends - aside), *(ends + aside)[::-1]]))
+    stations = (shapely.get_coordinates(behind) - gap.path[0]) @ along
+    return bool(np.ptp([0.0, gap.chord_m, *stations]) > gap.chord_m + WIDER_M)
 
 
 def _held(line: Line, transfer: Transfer) -> tuple[float, float]:

@@ -221,15 +221,20 @@ def _doorway(line: Line, reach_m: float) -> Polygon:
 
 def is_shut(line: Line, grid: OccupancyGrid, params: Params) -> bool:
     """Whether obstacles cover most of a divider."""
+    return covered(line, grid, params) > params.door_cover
+
+
+def covered(line: Line, grid: OccupancyGrid, params: Params) -> float:
+    """Share of a divider on which obstacles lie, ends apart."""
     ends = as_points(line)
     along = ends[1] - ends[0]
     length = float(np.hypot(*along))
     if length < grid.frame.resolution:
-        return False
+        return 0.0
     normal = np.array([-along[1], along[0]]) / length
     cell = grid.frame.resolution
     stations = ends[0] + np.linspace(0.1, 0.9, max(3, round(length / cell)))[:, None] * along
     depth = np.arange(-params.door_thickness_m, params.door_thickness_m + cell / 2, cell)
     at = stations[:, None] + depth[None, :, None] * normal
-    covered = look_up(grid.occupied, grid.frame.to_cells(at.reshape(-1, 2)).reshape(at.shape), False)
-    return float(covered.any(1).mean()) > params.door_cover
+    occupied = look_up(grid.occupied, grid.frame.to_cells(at.reshape(-1, 2)).reshape(at.shape), False)
+    return float(occupied.any(1).mean())

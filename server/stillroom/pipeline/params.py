@@ -64,7 +64,9 @@ class Params:
     """Unexplored space this near to a tracked boundary is floor only where the space behind it was not seen either."""
     door_thickness_m: float = 0.15
     door_cover: float = 0.5
-    """A divider is shut where obstacles cover more than this share of its length."""
+    """A divider is shut where obstacles cover more than this share of its length,"""
+    door_open: float = 0.2
+    """and open where they cover less than this."""
     transfer_reach_m: float = 1.0
     """A tracked divider's end is looked for this far along the divider's own line."""
     face_area_m2: float = 0.25
@@ -92,6 +94,10 @@ class Params:
     # -- discovery --
     growth_area_m2: float = 0.3
     """New floor beyond all rooms that is looked at."""
+    furniture_area_m2: float = 4.0
+    """A piece of furniture covers no more than this: a large bed,"""
+    door_width_m: float = 0.5
+    """and no door is narrower."""
     room_enclosure: float = 0.5
     """New floor is a room where walls bound this share of it, what it shares with known rooms apart."""
 

@@ -20,6 +20,7 @@ from stillroom.maps.semantics import Room
 from stillroom.pipeline.cells import cells_in
 from stillroom.pipeline.obstacles import Gap, band, filled, find_gaps
 from stillroom.pipeline.params import Params
+from stillroom.pipeline.rooms import overlaps
 from stillroom.pipeline.scores import RoomScore
 from stillroom.pipeline.transfer import Transfer
 from stillroom.pipeline.walls import clutter_features
@@ -90,18 +91,46 @@ def meta_occupancy(attempt: Attempt, retry: Retry, params: Params) -> Attempt:
     return attempt
 
 
-def meta_dividers(attempt: Attempt, retry: Retry, _params: Params) -> Attempt:
-    """Adds the tracked boundary of lost rooms, then keeps of it what parts rooms that no wall and no divider parts."""
+def meta_dividers(attempt: Attempt, retry: Retry, params: Params) -> Attempt:
+    """Adds the tracked boundary of lost rooms, then keeps of it what parts rooms that no wall and no divider parts.
+
+    Where that takes long lines over free floor, the boundary of the rooms that they ran into may take shorter ones: where furniture
+    moved, a lost room's boundary is not where its walls are.
+    """
     for _ in range(ROUNDS):
-        found = tracked_boundary(attempt) if attempt.failed else ()
-        if not found:
+        if not attempt.failed:
             break
-        tried = retry(replace(attempt.meta, dividers=(*attempt.meta.dividers, *found)))
-        if not _is_better(tried, attempt):
+        parted = _parted(attempt, attempt.failed_rooms(), retry)
+        if parted is None or _length(parted) > params.meta_length_m:
+            others = ran_into(attempt)
+            instead = _parted(attempt, others, retry) if others else None
+            parted = min((p for p in (parted, instead) if p), key=lambda p: (len(p.failed), _length(p)), default=None)
+        if parted is None:
             break
-        kept = retry(replace(tried.meta, dividers=parting(tried)))
-        attempt = attempt if kept.failed - tried.failed else kept
+        attempt = parted
     return attempt
+
+
+def _parted(attempt: Attempt, rooms: Sequence[Room], retry: Retry) -> Attempt | None:
+    """With what it takes of the tracked boundary of these rooms; None where that brings no room back."""
+    tried = retry(replace(attempt.meta, dividers=(*attempt.meta.dividers, *tracked_boundary(rooms))))
+    if not _is_better(tried, attempt):
+        return None
+    kept = retry(replace(tried.meta, dividers=parting(tried)))
+    return None if kept.failed - tried.failed else kept
+
+
+def ran_into(attempt: Attempt) -> tuple[Room, ...]:
+    """As they were tracked, the rooms that are where failed ones should be."""
+    lost, rooms = attempt.failed_rooms(), attempt.transfer.candidate.rooms
+    common = overlaps([room.polygon for room in lost], [room.polygon for room in rooms])
+    there = {rooms[int(row.argmax())].id for row in common if row.any()} - attempt.failed
+    return tuple(room for room in attempt.transfer.tracked.rooms if room.id in there)
+
+
+def _length(attempt: Attempt) -> float:
+    """Of all meta-dividers, metres."""
+    return float(sum(d.shape.length for d in attempt.meta.dividers))
 
 
 ROUNDS = 2
@@ -189,9 +218,9 @@ def _extent(polygon: Polygon) -> float:
 # -- meta-dividers -------------------------------------------------------------------------------------------------
 
 
-def tracked_boundary(attempt: Attempt) -> tuple[MetaDivider, ...]:
-    """The whole tracked boundary of each lost room, segment by segment."""
-    return _segments(shapely.union_all([room.polygon.exterior for room in attempt.failed_rooms()], grid_size=GRID_M))
+def tracked_boundary(rooms: Sequence[Room]) -> tuple[MetaDivider, ...]:
+    """The whole tracked boundary of each room, segment by segment."""
+    return _segments(shapely.union_all([room.polygon.exterior for room in rooms], grid_size=GRID_M))
 
 
 def parting(attempt: Attempt) -> tuple[MetaDivider, ...]:

@@ -20,6 +20,7 @@ from stillroom.pipeline.conflicts import Conflict, Proposal, detect_conflicts, l
 from stillroom.pipeline.corrections import name_corrections, restore_dividers
 from stillroom.pipeline.declined import carry_declined, permitted
 from stillroom.pipeline.discovery import Discovery, discover
+from stillroom.pipeline.doors import remember_doors
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.plausibility import Plausibility, plausibility
 from stillroom.pipeline.registration import Registration, register
@@ -149,7 +150,7 @@ def update_map(
         if found := discover(first, declined, params):
             best = _opened(found, best, carried, resolvers, params)
     with stage("verify"):
-        best = replace(best, transfer=restore_dividers(best.transfer))
+        best = replace(best, transfer=remember_doors(restore_dividers(best.transfer), params))
         best = whole(_with_candidate(best, name_corrections(best.transfer.candidate, tracked.meta, mission)))
         broken = violations(best.transfer.candidate, best.transfer.grid, params.wall_reach_m)
     with stage("conflicts"):

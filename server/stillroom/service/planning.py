@@ -13,7 +13,8 @@ from stillroom.errors import Fault, InvalidInput, ProposalOutdated
 from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.motion import IDENTITY, Motion
 from stillroom.maps.semantics import SemanticMap
-from stillroom.pipeline.decisions import annotated, confirm, corrections_of, ended, own, refuse
+from stillroom.pipeline.decisions import annotated, confirm, corrections_of, ended, joined, make_doors, own, refuse
+from stillroom.pipeline.questions import is_discovery, is_door, neighbour_of
 from stillroom.pipeline.update import MapUpdate, ResolverName
 from stillroom.service import sightings
 from stillroom.service.conflicts import find_conflict
@@ -126,6 +127,10 @@ def _accepted(means: Means, asked: Asked, proposal: ProposalRow) -> Plan:
     current, rooms = asked.current, asked.rooms
     here = _on_head(asked)
     takes_new = proposal.action == "take_new"
+    if is_discovery(asked.conflict):
+        return Plan(confirm(current, rooms), here) if takes_new else _joined(asked, None)
+    if is_door(asked.conflict) and asked.was_taken:
+        return Plan(confirm(make_doors(current, asked.conflict.dividers), rooms), here)
     if proposal.action == "keep_previous" or (takes_new and asked.was_taken and not asked.conflict.resolved):
         return Plan(confirm(current, rooms), here)
     if not asked.was_taken:
@@ -213,9 +218,22 @@ def _check_lines(update: MapUpdate, names: Sequence[str], request: DecisionReque
         raise InvalidInput(faults[0].detail, tuple(faults))
 
 
+def _joined(asked: Asked, until: str | None) -> Plan:
+    """What was found is part of its neighbour."""
+    current = asked.current
+    part = next((room for room in current.rooms if room.id in asked.rooms), None)
+    whole = None if part is None else neighbour_of(part, current)
+    if part is None or whole is None:
+        return Plan(current)
+    decided = joined(current, part.id, whole.id, until)
+    return Plan(confirm(decided.map, [whole.id]), _on_head(asked), decided.retired)
+
+
 def _refused(means: Means, asked: Asked, until: str | None) -> Plan:
     """Without the corrections that settled it. An open one leaves the map as it is."""
     current = asked.current
+    if is_discovery(asked.conflict):
+        return _joined(asked, until)
     corrections = corrections_of(current, asked.rooms)
     if not asked.conflict.resolved or not corrections.corrects:
         return Plan(current)

@@ -12,6 +12,7 @@ from stillroom import __version__
 from stillroom.documents.grids import read_grid
 from stillroom.documents.stored import encode_motion
 from stillroom.errors import Unavailable
+from stillroom.pipeline import questions
 from stillroom.pipeline.review import hold_back
 from stillroom.pipeline.update import RESOLVERS, MapUpdate, ResolverName
 from stillroom.service import sightings
@@ -56,7 +57,7 @@ def _process(database: Database, grids: GridStore, claim: lanes.Claim, resolvers
     try:
         with timings("total"):
             update, warnings = carry_over(gathered, gathered.previous, grids, timings, resolvers)
-            update = _held_back(gathered, update)
+            update = _put_to_people(gathered, update)
             question = _question(database, gathered, grids, timings) if update.outcome == "parked" else None
     except Exception:
         reason = "Processing failed; the mission is kept and was not taken."
@@ -67,12 +68,14 @@ def _process(database: Database, grids: GridStore, claim: lanes.Claim, resolvers
     return _commit(database, claim, gathered, update, found)
 
 
-def _held_back(gathered: Gathered, update: MapUpdate) -> MapUpdate:
-    """Where the owner wants to agree first, and has not done so by saying where the mission belongs."""
-    if gathered.previous is None or gathered.parked is not None:
+def _put_to_people(gathered: Gathered, update: MapUpdate) -> MapUpdate:
+    """With what is asked about it. It waits where the owner wants to agree first, and has not done so by saying where it belongs."""
+    if gathered.previous is None:
         return update
-    ask_first, pinned = gathered.of.review == "ask_first", gathered.of.pinned is not None
-    return hold_back(gathered.previous, gathered.mission.key, update, ask_first, pinned)
+    if gathered.parked is None:
+        ask_first, pinned = gathered.of.review == "ask_first", gathered.of.pinned is not None
+        update = hold_back(gathered.previous, gathered.mission.key, update, ask_first, pinned)
+    return questions.ask(gathered.previous, gathered.mission.key, update)
 
 
 def _question(database: Database, gathered: Gathered, grids: GridStore, timings: Timings) -> Question | None:

@@ -13,6 +13,7 @@ from hashlib import sha256
 from stillroom.documents.stored import encode_ids, encode_map, encode_motion
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.conflicts import Conflict, Proposal
+from stillroom.pipeline.questions import is_discovery, is_door
 from stillroom.pipeline.update import MapUpdate
 from stillroom.service.quiet import is_quiet
 from stillroom.store import conflicts, maps
@@ -150,6 +151,12 @@ def _is_pointless(conflict: ConflictRow, met: Met) -> bool:
     update = met.update
     if update.outcome == "parked" or conflict.kind == "wrong_map":
         return False
+    if is_discovery(conflict):
+        found = (update.map.room(room["id"]) for room in conflict.rooms)
+        return all(room is None or room.named_by == "user" for room in found)
+    if is_door(conflict):
+        kinds = {d.kind for d in update.map.dividers if d.id in conflict.dividers}
+        return "open" not in kinds
     if conflict.resolved:
         return update.taken  # the corrections that settled it are gone
     match conflict.kind:
