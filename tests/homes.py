@@ -23,6 +23,35 @@ def home(*, shift: tuple[int, int] = (0, 0), wall_between: bool = True) -> Image
     return np.roll(image, (y, x), (0, 1))
 
 
+def changed(change: str) -> Image:
+    """The home of the tests as a robot finds it on one day or another."""
+    image = home(wall_between=change != "open plan")
+    match change:
+        case "gap":
+            image[72:96, 99:101] = FREE
+        case "small gap":
+            image[76:88, 99:101] = FREE
+        case "shut":
+            image[50:68, 99:101] = OCCUPIED
+        case "annex":
+            image[100:102, 50:60] = FREE
+            image[102:116, 20:90] = FREE
+            image[116:118, 18:92] = OCCUPIED
+            image[102:118, 18:20] = image[102:118, 90:92] = OCCUPIED
+        case "part":
+            image[18:102, 140:182] = UNEXPLORED
+        case "sofa":
+            image[60:90, 20:40] = OCCUPIED
+        case "leak":
+            image[40:48, 180:182] = FREE
+            image[30:60, 182:196] = FREE
+        case "other floor":
+            image[18:102, 18:182] = UNEXPLORED
+            image[18:60, 18:120] = OCCUPIED
+            image[20:58, 20:118] = FREE
+    return image
+
+
 def png(image: Image) -> bytes:
     """As a robot sends it: the top row first."""
     return cv2.imencode(".png", image[::-1])[1].tobytes()

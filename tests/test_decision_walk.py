@@ -39,41 +39,12 @@ from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
 from stillroom.store.rows import RobotRow
 from stillroom.store.tables import conflict as conflict_table
-from tests.homes import FREE, OCCUPIED, ORIGIN, RESOLUTION, UNEXPLORED, Image, home, png
+from tests.homes import ORIGIN, RESOLUTION, changed, png
 
 Json = dict[str, Any]
 Open = Callable[[], tuple[Database, GridStore]]
 WALKS, STEPS = 12, 20
 ROBOT, MAP = "RB-1", "ground"
-
-
-def changed(change: str) -> Image:
-    """The home of the tests as a robot finds it on one day or another."""
-    image = home(wall_between=change != "open plan")
-    match change:
-        case "gap":
-            image[72:96, 99:101] = FREE
-        case "small gap":
-            image[76:88, 99:101] = FREE
-        case "shut":
-            image[50:68, 99:101] = OCCUPIED
-        case "annex":
-            image[100:102, 50:60] = FREE
-            image[102:116, 20:90] = FREE
-            image[116:118, 18:92] = OCCUPIED
-            image[102:118, 18:20] = image[102:118, 90:92] = OCCUPIED
-        case "part":
-            image[18:102, 140:182] = UNEXPLORED
-        case "sofa":
-            image[60:90, 20:40] = OCCUPIED
-        case "leak":
-            image[40:48, 180:182] = FREE
-            image[30:60, 182:196] = FREE
-        case "other floor":
-            image[18:102, 18:182] = UNEXPLORED
-            image[18:60, 18:120] = OCCUPIED
-            image[20:58, 20:118] = FREE
-    return image
 
 
 CHANGES = (
