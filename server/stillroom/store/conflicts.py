@@ -1,7 +1,7 @@
 """Conflicts: what missions found, and how each ended. Whether one is open is derived: nothing has ended it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Any
 
@@ -137,10 +137,20 @@ def standing(tx: Transaction, map_id: int) -> Sequence[ConflictRow]:
 
 
 def last_told(tx: Transaction, map_id: int, place: str, resolved: bool) -> ConflictRow | None:
-    """The newest that ended, of those about the same that people were told of."""
+    """The newest that ended, of those about the same that people were told of; its rooms as they were when it ended."""
     same = conflict.c.map_id == map_id, conflict.c.place == place, conflict.c.resolved == resolved
     query = _CONFLICT.where(*same, ~conflict.c.quiet, _ended).order_by(conflict.c.id.desc()).limit(1)
-    return as_row_or_none(ConflictRow, tx.execute(query).first())
+    told = as_row_or_none(ConflictRow, tx.execute(query).first())
+    if told is None:
+        return None
+    known = (
+        sa.select(sighting.c.rooms)
+        .join(mission, mission.c.id == sighting.c.mission_id)
+        .where(sighting.c.conflict_id == told.id, mission.c.finished_at <= told.decided_at)
+        .order_by(sighting.c.id.desc())
+        .limit(1)
+    )
+    return replace(told, rooms=tx.execute(known).scalar() or told.rooms)
 
 
 def put_off(tx: Transaction, map_id: int, since: datetime) -> Sequence[ConflictRow]:
