@@ -108,6 +108,14 @@ def receiving(tls: ssl.SSLContext | None = None) -> Iterator[Receiver]:
         thread.join()
 
 
+@contextmanager
+def silent() -> Iterator[int]:
+    """Takes connections and says nothing."""
+    with socket.create_server(("127.0.0.1", 0)) as there:
+        port: int = there.getsockname()[1]
+        yield port
+
+
 def port_of_nobody() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))

@@ -1,7 +1,7 @@
 """People are sent one message a cause: repeats fold, and what was dismissed stays so unless it gets worse."""
 
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 from typing import Any
 
 import pytest
@@ -10,7 +10,7 @@ import sqlalchemy as sa
 from stillroom.service.quiet import UNANSWERED, WORSE_BY
 from stillroom.service.signals import Signals
 from stillroom.store.hints import Hint
-from stillroom.store.tables import ending, outbox
+from stillroom.store.tables import ending, mission, outbox
 from tests.conflicts import Answer, Core, expect, rejected, score, send, shown, told
 from tests.conftest import RobotCaller, Service
 
@@ -107,8 +107,12 @@ def test_a_question_that_comes_and_goes_is_told_once_a_week(service: Service, ma
 
 
 def pass_time(service: Service, time: timedelta) -> None:
+    """As if all that happened were so much longer ago."""
     with service.database.write() as tx:
-        tx.execute(sa.update(ending).values(decided_at=datetime.now(UTC) - time))
+        for table, moment in ((ending, ending.c.decided_at), (mission, mission.c.finished_at)):
+            (key,) = table.primary_key
+            for row in tx.execute(sa.select(key.label("key"), moment.label("moment"))).all():
+                tx.execute(sa.update(table).where(key == row.key).values({moment.name: row.moment - time}))
 
 
 def test_nobody_is_asked_twice_where_another_answer_of_the_same_mission_settled_it(
