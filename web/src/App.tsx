@@ -8,12 +8,13 @@ import { Header } from "./Header";
 import { MapsPage } from "./pages/MapsPage";
 import { SignedOutPage } from "./pages/SignedOutPage";
 import { Failure, Loading, Nothing } from "./pages/states";
-import { QUESTIONS_PATH } from "./paths";
+import { QUESTIONS_PATH, SETTINGS_PATH } from "./paths";
 import { texts } from "./texts";
 
 // The map page brings the map library along, which the list of maps has no need of.
 const MapPage = lazy(() => import("./pages/MapPage"));
 const QuestionsPage = lazy(() => import("./pages/QuestionsPage"));
+const SettingsPage = lazy(() => import("./settings/SettingsPage"));
 const ReviewPage = lazy(() => import("./review/ReviewPage"));
 
 export function App() {
@@ -49,6 +50,9 @@ export function App() {
             </Route>
             <Route path={QUESTIONS_PATH}>
               <QuestionsPage robots={robots.data.items} />
+            </Route>
+            <Route path={SETTINGS_PATH}>
+              <SettingsPage />
             </Route>
             <Route path="/robots/:robot/maps/:map/conflicts/:conflict">
               {({ robot, map, conflict }) => (

@@ -33,3 +33,8 @@ chooseLanguage().then(() =>
     </StrictMode>,
   ),
 );
+
+// What the service knows of this browser goes stale when the browser renews it.
+if ("Notification" in window && Notification.permission === "granted") {
+  void import("./settings/push").then(({ renew }) => renew().catch(() => undefined));
+}

@@ -4,6 +4,7 @@ import { setLocale } from "./numbers";
 import { en } from "./texts/en";
 import type { editorEn } from "./texts/en.editor";
 import type { reviewEn } from "./texts/en.review";
+import type { settingsEn } from "./texts/en.settings";
 
 export { area, count } from "./numbers";
 
@@ -11,14 +12,16 @@ export type Texts = typeof en;
 export type ConflictTexts = Readonly<Record<string, (rooms: string, percent: number) => string>>;
 export type EditorTexts = typeof editorEn;
 export type ReviewTexts = typeof reviewEn;
+export type SettingsTexts = typeof settingsEn;
 export type Language = "en" | "de";
 
 const KEPT = "stillroom-language";
 
 export let texts: Texts = en;
-/** Those of the editor and of the review page, where they are not the English ones, which come with each of them. */
+/** Those of pages that bring their own, where they are not the English ones, which come with each of them. */
 export let editorTexts: EditorTexts | null = null;
 export let reviewTexts: ReviewTexts | null = null;
+export let settingsTexts: SettingsTexts | null = null;
 /** What questions are about, where the service's own English is not wanted. */
 export let conflictTexts: ConflictTexts = {};
 export let language: Language = "en";
@@ -31,6 +34,7 @@ export async function chooseLanguage(): Promise<void> {
     texts = german.de;
     editorTexts = german.editorDe;
     reviewTexts = german.reviewDe;
+    settingsTexts = german.settingsDe;
     conflictTexts = german.conflictDe;
     language = "de";
   }

@@ -5,7 +5,7 @@ import { questionsQuery } from "../api/queries";
 import { Icon } from "../icons";
 import { Moment } from "../Moment";
 import type { Conflict } from "../map/questions";
-import { questionPath } from "../paths";
+import { questionPath, SETTINGS_PATH } from "../paths";
 import { texts } from "../texts";
 import { describeConflict, fullTime } from "../words";
 import classes from "./QuestionsPage.module.css";
@@ -29,6 +29,9 @@ export default function QuestionsPage({ robots }: QuestionsPageProps) {
   return (
     <div className={classes.page}>
       <title>{`${texts.questions.title} · ${texts.product}`}</title>
+      <Link className={classes.settings} href={SETTINGS_PATH}>
+        {texts.questions.settings}
+      </Link>
       <h1>{texts.questions.title}</h1>
       <p className="visually-hidden" role="status">
         {texts.questions.badge(open.data.items.length)}

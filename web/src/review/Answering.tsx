@@ -1,4 +1,4 @@
-import { lazy, type ReactNode, Suspense, useMemo, useState } from "react";
+import { lazy, type ReactNode, Suspense, useEffect, useMemo, useState } from "react";
 import pageClasses from "../pages/MapPage.module.css";
 import { Loading } from "../pages/states";
 import { NOTHING, type Selection } from "../viewer/MapCanvas";
@@ -30,6 +30,14 @@ export function Answering(props: AnsweringProps) {
   const [selection, setSelection] = useState<Selection>(() => ({ room: worstOf(conflict), centre: false }));
   const [drawing, setDrawing] = useState(false);
   const [shown, setShown] = useState<string | null>(null);
+  const isOver = ended !== null;
+  useEffect(() => {
+    if (isOver) setShown(null);
+  }, [isOver]);
+  const result = useMemo(
+    () => (isOver && sensed.moved_now !== null ? carried(head, sensed.moved_now) : null),
+    [isOver, head, sensed.moved_now],
+  );
   const canDraw = ended === null && sensed.moved !== null && DRAWABLE.has(conflict.kind);
 
   if (drawing && canDraw) {
@@ -47,6 +55,7 @@ export function Answering(props: AnsweringProps) {
           conflict={conflict}
           sensed={sensed}
           here={here}
+          result={result}
           shown={shown}
           onShow={setShown}
           selection={ended === null ? selection : NOTHING}

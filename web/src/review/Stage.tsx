@@ -17,6 +17,8 @@ interface StageProps {
   readonly sensed: Sensed;
   /** The map before, in the mission's frame. */
   readonly here: MapDocument;
+  /** What came of it, in the mission's frame, once it has ended. */
+  readonly result: MapDocument | null;
   /** The proposal to look at, null: the first. */
   readonly shown: string | null;
   readonly onShow: (proposal: string) => void;
@@ -24,20 +26,23 @@ interface StageProps {
   readonly onSelect: (room: string | null) => void;
 }
 
-const SEEN = "seen";
+const [SEEN, RESULT] = ["seen", "result"];
 
 /** The map before and each map that there could be, by toggle and by swipe. */
-export function Stage({ title, conflict, sensed, here, shown, onShow, selection, onSelect }: StageProps) {
+export function Stage({ title, conflict, sensed, here, result, shown, onShow, selection, onSelect }: StageProps) {
   const proposals = useMemo(() => shownProposals(conflict), [conflict]);
   const asked = useQueries({
     queries: proposals.map(({ id }) => proposalQuery(conflict.robot, conflict.map, conflict.id, id)),
   });
   const [share, setShare] = useState(0);
-  const known = proposals.flatMap((proposal, k) => {
-    const document = asked[k]?.data;
-    return document ? [{ proposal, document: proposedDocument(document, conflict, sensed) }] : [];
-  });
-  const chosen = known.find(({ proposal }) => proposal.id === shown) ?? (shown === SEEN ? undefined : known[0]);
+  const known = [
+    ...(result ? [{ id: RESULT, proposal: undefined, document: result }] : []),
+    ...proposals.flatMap((proposal, k) => {
+      const document = asked[k]?.data;
+      return document ? [{ id: proposal.id, proposal, document: proposedDocument(document, conflict, sensed) }] : [];
+    }),
+  ];
+  const chosen = known.find(({ id }) => id === shown) ?? (shown === SEEN ? undefined : known[0]);
   const document = chosen?.document ?? null;
   const focus = useMemo(
     () => focusOf(conflict, document ? [here, document] : [here], sensed),
@@ -53,10 +58,11 @@ export function Stage({ title, conflict, sensed, here, shown, onShow, selection,
   );
   const isPending = asked.some((one) => one.isPending);
   const options = [
+    ...(result ? [{ id: RESULT, label: reviewTexts.view.now }] : []),
     ...proposals.map((proposal) => ({ id: proposal.id, label: nameOf(proposal.action, conflict, sensed) })),
     { id: SEEN, label: reviewTexts.view.seen },
   ];
-  const showing = chosen?.proposal.id ?? SEEN;
+  const showing = chosen?.id ?? SEEN;
   const show = (id: string) => {
     onShow(id);
     setShare(0);

@@ -1,7 +1,7 @@
 /** The same in German: every string, or it does not compile. */
 
 import { area, count } from "../numbers";
-import type { ConflictTexts, EditorTexts, ReviewTexts, Texts } from "../texts";
+import type { ConflictTexts, EditorTexts, ReviewTexts, SettingsTexts, Texts } from "../texts";
 
 export const de: Texts = {
   product: "stillroom",
@@ -57,6 +57,7 @@ export const de: Texts = {
   },
   questions: {
     title: "Offene Fragen",
+    settings: "Wie Sie es erfahren",
     badge: (n) => (n === 0 ? "Keine offenen Fragen" : count(n, "offene Frage", "offene Fragen")),
     none: "Nichts zu entscheiden: Ihre Karten sind in Ordnung.",
     failed: "Die Fragen konnten nicht geladen werden.",
@@ -516,4 +517,69 @@ export const editorDe: EditorTexts = {
     ["Strg Umschalt Z", "wieder"],
     ["Strg S", "speichern"],
   ],
+};
+
+export const settingsDe: SettingsTexts = {
+  title: "Wie Sie es erfahren",
+  lead: "Eine Nachricht je Frage; was sich wiederholt, kommt zu ihr dazu.",
+  failed: "Ihre Einstellungen konnten nicht geladen werden.",
+  back: "Alle Fragen",
+  kinds: { conflict: "Fragen zu einer Karte", parked: "Fahrten, die ihr Stockwerk suchen", room: "neue Räume" },
+  kindsOf: "Nachrichten über",
+  saved: "Gespeichert.",
+  remove: "Entfernen",
+  test: "Probe senden",
+  testSent: "Eine Probe ist unterwegs.",
+  trouble: (why) => `Die letzte Nachricht kam nicht an: ${why}`,
+  email: {
+    title: "E-Mail",
+    none: "Dieser Dienst hat keinen Mailserver und kann keine E-Mails senden.",
+    address: "Adresse",
+    save: "Diese Adresse nehmen",
+    confirmed: (address) => `Nachrichten gehen an ${address}.`,
+    waiting: (address) => `Ein Link ging an ${address}: Öffnen Sie ihn, um die Adresse zu bestätigen.`,
+    again: "Den Link noch einmal senden",
+  },
+  push: {
+    title: "In diesem Browser",
+    none: "Dieser Browser kann keine Nachrichten einer geschlossenen Seite zeigen.",
+    denied:
+      "Diesem Browser wurde gesagt, keine Nachrichten dieser Seite zu zeigen. In seinen Einstellungen lässt es sich ändern.",
+    off: "Dieser Browser zeigt noch keine Nachrichten.",
+    on: "Dieser Browser zeigt Nachrichten, auch wenn diese Seite geschlossen ist.",
+    start: "Nachrichten in diesem Browser zeigen",
+    stop: "Aufhören",
+    others: "Browser, die Nachrichten zeigen",
+    here: "dieser Browser",
+    unnamed: "Ein Browser",
+  },
+  webhooks: {
+    title: "Webhooks für Programme",
+    lead: "Jeder erfährt durch ein unterschriebenes POST (Standard Webhooks), was mit Ihren Karten geschieht.",
+    url: "Adresse (https) des Empfängers",
+    label: "Wofür er ist",
+    types: "Ereignisse",
+    add: "Webhook anlegen",
+    secret: "Sein Geheimnis, nur dieses eine Mal gezeigt:",
+    enabled: "an",
+    disabled: "aus",
+    enable: "Einschalten",
+    disable: "Ausschalten",
+    renew: "Neues Geheimnis",
+    deliveries: "Letzte Zustellungen",
+    noDeliveries: "Es wurde noch nichts gesendet.",
+    again: "Noch einmal senden",
+    attempts: (n) => (n === 1 ? "1 Versuch" : `${n} Versuche`),
+    state: { waiting: "wartet", delivered: "zugestellt", dead: "aufgegeben" },
+    failing: (n) => `${n === 1 ? "Die letzte kam" : `Die letzten ${n} kamen`} nicht an.`,
+    type: {
+      "conflict.opened": "eine Frage kam auf",
+      "conflict.resolved": "stillroom hat eine Frage geregelt",
+      "conflict.closed": "eine Frage ist zu Ende",
+      "mission.parked": "eine Fahrt sucht ihr Stockwerk",
+      "map.updated": "eine Karte hat eine neue Version",
+      "room.discovered": "ein Raum wurde gefunden",
+      test: "eine Probe",
+    },
+  },
 };

@@ -51,6 +51,7 @@ export const en = {
   },
   questions: {
     title: "Open questions",
+    settings: "How you are told",
     badge: (n: number) => (n === 0 ? "No open questions" : count(n, "open question", "open questions")),
     none: "Nothing to decide: your maps are in order.",
     failed: "The questions could not be loaded.",

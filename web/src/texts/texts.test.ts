@@ -1,8 +1,9 @@
 import { describe, expect, it } from "vitest";
-import { de, editorDe, reviewDe } from "./de";
+import { de, editorDe, reviewDe, settingsDe } from "./de";
 import { en } from "./en";
 import { editorEn } from "./en.editor";
 import { reviewEn } from "./en.review";
+import { settingsEn } from "./en.settings";
 
 /** Every string and every sentence with blanks, by its path. */
 function leaves(value: unknown, path = ""): Map<string, string> {
@@ -34,6 +35,7 @@ describe.each([
   ["pages", en, de],
   ["the editor", editorEn, editorDe],
   ["the review page", reviewEn, reviewDe],
+  ["messages", settingsEn, settingsDe],
 ])("the texts of %s", (_, english, german) => {
   it("are the same ones in both languages, and none is left untranslated", () => {
     const [one, other] = [leaves(english), leaves(german)];

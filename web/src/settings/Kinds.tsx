@@ -1,0 +1,42 @@
+import { useMutation, useQueryClient } from "@tanstack/react-query";
+import { answered, api } from "../api/client";
+import { KINDS, type Kind, settingsQuery } from "./queries";
+import classes from "./Settings.module.css";
+import { settingsTexts } from "./texts";
+
+interface KindsProps {
+  readonly way: "email" | "push";
+  readonly kinds: readonly Kind[];
+}
+
+/** What is told by one of the ways; saved at once. */
+export function Kinds({ way, kinds }: KindsProps) {
+  const queries = useQueryClient();
+  const choose = useMutation({
+    mutationFn: (wanted: Kind[]) => answered(api.PATCH("/api/v1/notifications", { body: { [way]: wanted } })),
+    onSuccess: (settings) => queries.setQueryData(settingsQuery.queryKey, settings),
+  });
+  const shown = choose.isPending ? choose.variables : kinds;
+  return (
+    <fieldset className={classes.choices}>
+      <legend>{settingsTexts.kindsOf}</legend>
+      {KINDS.map((kind) => (
+        <label key={kind}>
+          <input
+            type="checkbox"
+            checked={shown.includes(kind)}
+            disabled={choose.isPending}
+            onChange={({ currentTarget: { checked } }) =>
+              choose.mutate(KINDS.filter((one) => (one === kind ? checked : kinds.includes(one))))
+            }
+          />
+          {settingsTexts.kinds[kind]}
+        </label>
+      ))}
+      <p className="visually-hidden" role="status">
+        {choose.isSuccess && settingsTexts.saved}
+      </p>
+      {choose.error && <p role="alert">{choose.error.message}</p>}
+    </fieldset>
+  );
+}
