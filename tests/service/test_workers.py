@@ -25,9 +25,10 @@ from stillroom.service.accounts import add_robot
 from stillroom.settings import Settings
 from stillroom.store import lanes
 from stillroom.store.database import Database
-from stillroom.store.tables import conflict
+from stillroom.store.tables import conflict, delivery, receiver
 from tests.conftest import ADMIN_TOKEN
 from tests.homes import ORIGIN, RESOLUTION, Image, home, png
+from tests.telling import answering, receiving
 
 PATIENCE_S = 60.0
 PATH = "/api/v1/robots/RB-1/maps/ground"
@@ -49,8 +50,14 @@ class Running:
         )
 
     def workers(self) -> list[int]:
+        return self._children("stillroom work")
+
+    def messenger(self) -> list[int]:
+        return self._children("stillroom tell")
+
+    def _children(self, name: str) -> list[int]:
         children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
-        return [pid for pid in map(int, children) if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+        return [pid for pid in map(int, children) if Path(f"/proc/{pid}/comm").read_text().strip() == name]
 
     def kill(self) -> None:
         self.process.kill()
@@ -179,7 +186,8 @@ def test_five_equal_uploads_at_once_are_one_mission_and_one_version(settings: Se
 def test_workers_end_with_the_service_however_it_dies(settings: Settings, token: str) -> None:
     with serving(settings, workers=2, token=token) as running:
         eventually(lambda: len(running.workers()) == 2, "two workers run")
-        workers = running.workers()
+        eventually(lambda: len(running.messenger()) == 1, "the messenger runs")
+        workers = running.workers() + running.messenger()
         running.kill()
         eventually(lambda: not any(Path(f"/proc/{pid}").exists() for pid in workers), "the workers are gone")
 
@@ -243,6 +251,51 @@ def test_a_deadline_takes_effect_while_nobody_looks(settings: Settings, token: s
 
         eventually(lambda: state() == "expired", "the default takes effect")
         assert versions(running) == [1]
+
+
+@pytest.mark.parametrize("engine", ["sqlite"])
+def test_messages_are_delivered_while_the_service_runs_and_after_it_was_killed(settings: Settings, token: str) -> None:
+    allowed = {"STILLROOM_WEBHOOK_NETWORKS": "127.0.0.1/32", "STILLROOM_WEBHOOK_HTTP": "true"}
+    operator = {"Authorization": f"Bearer {ADMIN_TOKEN}"}
+    with receiving() as there:
+        there.behaviour = answering(503)
+
+        def sent() -> list[str]:
+            return [request.headers["webhook-id"] for request in there.requests]
+
+        with serving(settings, workers=1, token=token, **allowed) as running:
+            wanted = {"url": there.url, "types": ["map.updated"]}
+            made = running.http.post("/api/v1/webhooks", headers=operator, json=wanted)
+            assert made.status_code == 201
+            running.upload(0, "wait=60")
+            eventually(lambda: len(sent()) == 1, "the version is told")
+            (messenger,) = running.messenger()
+            os.kill(messenger, signal.SIGKILL)
+            there.behaviour = answering(204)
+            eventually(lambda: len(sent()) == 2, "another messenger tells it again")
+            there.behaviour = answering(503)
+            running.upload(1, "wait=60")
+            running.kill()
+        there.behaviour = answering(204)
+        with serving(settings, workers=1, token=token, **allowed) as running:
+            url = f"/api/v1/webhooks/{made.json()['id']}/deliveries"
+
+            def states() -> list[str]:
+                return [item["state"] for item in running.http.get(url, headers=operator).json()["items"]]
+
+            hurry(settings)
+            eventually(lambda: states() == ["delivered", "delivered"], "nothing was lost")
+        assert len(set(sent())) == 2
+
+
+def hurry(settings: Settings) -> None:
+    """As if the waits before the next attempts, and the leases of who was killed, were over."""
+    database = Database(settings.database_url)
+    past = datetime.now(UTC) - timedelta(seconds=1)
+    with database.write() as tx:
+        tx.execute(sa.update(delivery).where(delivery.c.state == "waiting").values(due_at=past))
+        tx.execute(sa.update(receiver).values(resume_at=None))
+    database.dispose()
 
 
 def test_serve_prints_a_link_that_signs_in(settings: Settings, token: str) -> None:

@@ -77,6 +77,7 @@ def run_messenger(
 ) -> None:
     """The whole life of the process that delivers messages."""
     _begin("stillroom tell")
+    os.nice(5)  # missions first
     free, freed = multiprocessing.Pipe(duplex=False)
     os.set_blocking(free.fileno(), False)
     os.set_blocking(freed.fileno(), False)
