@@ -7,9 +7,13 @@ from typing import Any
 import pytest
 
 from stillroom.api import events
+from stillroom.pipeline.conflicts import ConflictKind
 from stillroom.service.accounts import Operator, Owner, Principal, Robot
+from tests.conflicts import Core, expect, listed, rejected, send, told
 from tests.conftest import RobotCaller, Service
-from tests.homes import home
+from tests.homes import changed, home
+
+KINDS: tuple[ConflictKind, ...] = ("room_recall", "room_precision", "shape", "drift")
 
 
 async def first(
@@ -83,3 +87,69 @@ def test_a_stream_can_be_narrowed_to_a_robot_and_to_a_map(service: Service, mapp
 
 def test_the_stream_needs_a_caller(service: Service) -> None:
     assert service.stranger.get("/api/v1/events").status_code == 401
+
+
+def resumed(service: Service, whole: list[dict[str, Any]]) -> None:
+    """Whoever lost the connection after any of the events gets all that follow, in order, and none twice."""
+    for seen, last in enumerate(whole[:-1], 1):
+        rest = asyncio.run(first(service, Operator(), len(whole) - seen, last=last["id"]))
+        assert rest == whole[seen:]
+
+
+def test_conflicts_that_open_and_close_are_in_the_stream_and_none_is_missed_after_a_break(
+    service: Service, mapped: RobotCaller, core: Core
+) -> None:
+    core.planned |= {
+        "1": rejected("c1"),
+        "2": rejected("c2", kind="drift"),
+        "3": rejected("c3", kind="wrong_map", rooms=()),
+    }
+    responses = {"1": None, "2": "accept", "3": "temporary"}
+    for mission, response in responses.items():
+        send(mapped, mission)
+        if response is not None:
+            url = f"{mapped.path()}/conflicts/c{mission}/decision"
+            expect(service.operator.request("POST", url, json={"response": response}))
+    whole = asyncio.run(first(service, Operator(), len(told(service))))
+    ids = [event["id"] for event in whole]
+    assert ids == sorted(set(ids))
+    seen = [(event["conflict"], event["state"]) for event in whole if event["event"] == "conflict"]
+    opened = [(key, "open") for key in ("c1", "c2", "c3")]
+    assert [pair for pair in seen if pair[1] == "open"] == opened
+    assert ("c2", "accepted") in seen
+    assert ("c3", "rejected") in seen
+    assert {key for key, _ in seen} == {"c1", "c2", "c3"}
+    resumed(service, whole)
+
+
+def test_a_parked_mission_and_its_question_are_in_the_stream(service: Service, mapped: RobotCaller) -> None:
+    assert send(mapped, "1", changed("other floor"))["outcome"] == "parked"
+    (key,) = listed(mapped, "open")
+    placed = {"map": "upstairs"}
+    answer = service.operator.request("POST", f"{mapped.path()}/missions/1/placement", json=placed)
+    assert answer.status_code in (200, 202), answer.text
+    service.worker.settle()
+    whole = asyncio.run(first(service, Operator(), len(told(service))))
+    of_mission = [event for event in whole if event["mission"] == "1"]
+    assert [event["outcome"] for event in of_mission if event["event"] == "mission"] == ["parked"]
+    assert [(e["conflict"], e["state"]) for e in whole if e["event"] == "conflict"] == [
+        (key, "open"),
+        (key, "accepted"),
+    ]
+    resumed(service, whole)
+
+
+def test_a_stream_that_was_cut_while_things_happened_goes_on_where_it_was(
+    service: Service, mapped: RobotCaller, core: Core
+) -> None:
+    """Each connection ends after one event, whatever happens meanwhile."""
+    core.planned |= {str(number): rejected(f"c{number}", kind=kind) for number, kind in enumerate(KINDS, 1)}
+    last, seen = asyncio.run(first(service, Operator(), 2))[-1]["id"], list[str]()
+    for number in range(1, len(KINDS) + 1):
+        send(mapped, str(number))
+        (event,) = asyncio.run(first(service, Operator(), 1, last=last))
+        last = event["id"]
+        seen.append(event["event"])
+    everything = [event["kind"] for event in told(service)][2:]
+    rest = asyncio.run(first(service, Operator(), len(everything) - len(seen), last=last))
+    assert seen + [event["event"] for event in rest] == everything
