@@ -13,7 +13,7 @@ from tests.homes import home
 
 AXE = ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js"
 QUESTIONS = ("questions", "question", "drawing", "answered")
-PAGES = ("list", "rooms", "history", "old version", "editor", "signed out", "nothing", *QUESTIONS)
+PAGES = ("list", "rooms", "history", "old version", "editor", "signed out", "nothing", "settings", *QUESTIONS)
 Keep = Callable[[Page, str], None]
 
 
@@ -56,6 +56,9 @@ def visit(mapped: Robot, open_page: OpenPage) -> Callable[..., Page]:
         elif name == "nothing":
             page = open_page("/nothing/here", **options)
             expect(page.get_by_role("heading", name="Nothing here")).to_be_visible()
+        elif name == "settings":
+            page = open_page("/settings", **options)
+            expect(page.get_by_role("button", name="Add a webhook")).to_be_visible()
         elif name in QUESTIONS:
             page = asked(name, mapped, open_page, **options)
         elif name == "editor":

@@ -150,6 +150,16 @@ def test_a_door_that_was_shut_is_called_one_and_is_never_asked_about_again(mappe
     assert send(mapped, "4")["conflicts"] == []
 
 
+def test_an_answer_that_was_picked_in_a_message_takes_one_tap_to_confirm(asked: Robot, open_page: OpenPage) -> None:
+    page = open_page(f"{question(asked)}?answer=accept:p2")
+    picked = page.get_by_role("button", name="Take the new map")
+    expect(picked).to_be_focused()
+    expect(page.get_by_text("Picked in your message")).to_be_visible()
+    assert causes(asked) == ["edit", "created"]  # looking decides nothing
+    picked.press("Enter")
+    ended(page, "Decided", "Take the new map")
+
+
 def test_a_new_room_is_named(mapped: Robot, open_page: OpenPage, keep: Keep) -> None:
     assert send(mapped, "1", annex())["discovered_rooms"]
     page = open_page(question(mapped, "resolved_automatically"), **PHONE)

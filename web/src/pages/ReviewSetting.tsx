@@ -1,4 +1,5 @@
 import { useMutation, useQueryClient } from "@tanstack/react-query";
+import { useState } from "react";
 import { answered, api, type Schemas } from "../api/client";
 import { refreshAll } from "../api/queries";
 import { texts } from "../texts";
@@ -17,15 +18,21 @@ export function ReviewSetting({ robot, map }: ReviewSettingProps) {
       answered(
         api.PATCH("/api/v1/robots/{robot}/maps/{map}", { params: { path: { robot, map: map.map } }, body: { review } }),
       ),
-    onSettled: () => refreshAll(queries),
+    onSettled: () => refreshAll(queries).then(() => setWanted(null)),
   });
-  const shown = set.isPending ? set.variables : map.review;
+  // Shown at once, until the service has said what is so.
+  const [wanted, setWanted] = useState<Schemas["MapSummary"]["review"] | null>(null);
+  const shown = wanted ?? map.review;
+  const choose = (review: Schemas["MapSummary"]["review"]) => {
+    setWanted(review);
+    set.mutate(review);
+  };
   return (
     <fieldset className={classes.setting}>
       <legend>{texts.questions.review}</legend>
       {(["automatic", "ask_first"] as const).map((one) => (
         <label key={one}>
-          <input type="radio" name="review" checked={shown === one} onChange={() => set.mutate(one)} />
+          <input type="radio" name="review" checked={shown === one} onChange={() => choose(one)} />
           {one === "automatic" ? texts.questions.automatic : texts.questions.askFirst}
         </label>
       ))}

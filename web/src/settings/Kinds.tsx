@@ -1,4 +1,5 @@
 import { useMutation, useQueryClient } from "@tanstack/react-query";
+import { useState } from "react";
 import { answered, api } from "../api/client";
 import { KINDS, type Kind, settingsQuery } from "./queries";
 import classes from "./Settings.module.css";
@@ -15,8 +16,15 @@ export function Kinds({ way, kinds }: KindsProps) {
   const choose = useMutation({
     mutationFn: (wanted: Kind[]) => answered(api.PATCH("/api/v1/notifications", { body: { [way]: wanted } })),
     onSuccess: (settings) => queries.setQueryData(settingsQuery.queryKey, settings),
+    onSettled: () => setWanted(null),
   });
-  const shown = choose.isPending ? choose.variables : kinds;
+  // Shown at once, until the service has said what is so.
+  const [wanted, setWanted] = useState<readonly Kind[] | null>(null);
+  const shown = wanted ?? kinds;
+  const set = (next: Kind[]) => {
+    setWanted(next);
+    choose.mutate(next);
+  };
   return (
     <fieldset className={classes.choices}>
       <legend>{settingsTexts.kindsOf}</legend>
@@ -25,9 +33,8 @@ export function Kinds({ way, kinds }: KindsProps) {
           <input
             type="checkbox"
             checked={shown.includes(kind)}
-            disabled={choose.isPending}
             onChange={({ currentTarget: { checked } }) =>
-              choose.mutate(KINDS.filter((one) => (one === kind ? checked : kinds.includes(one))))
+              set(KINDS.filter((one) => (one === kind ? checked : shown.includes(one))))
             }
           />
           {settingsTexts.kinds[kind]}
