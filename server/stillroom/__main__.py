@@ -33,7 +33,7 @@ def parser() -> argparse.ArgumentParser:
         prog="stillroom",
         description="Keeps a home's rooms still while the robot's map under them moves.",
         epilog="Settings come from the environment: STILLROOM_DATA_DIR, STILLROOM_DATABASE_URL, STILLROOM_GRID_STORE_URL, "
-        "STILLROOM_ADMIN_TOKEN, STILLROOM_RESOLVERS.",
+        "STILLROOM_ADMIN_TOKEN, STILLROOM_RESOLVERS; those of e-mail and webhooks are in docs/messages.md.",
     )
     top.add_argument("--version", action="version", version=f"stillroom {__version__}")
     commands = top.add_subparsers(required=True, metavar="COMMAND")
