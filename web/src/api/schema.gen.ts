@@ -1026,6 +1026,8 @@ export interface components {
             proposal: string | null;
             /** Proposals */
             proposals: components["schemas"]["ProposalDocument"][];
+            /** Quiet */
+            quiet: boolean;
             /** Response */
             response: ("accept" | "reject" | "annotate" | "temporary") | null;
             /** Restrictions */
@@ -1422,6 +1424,11 @@ export interface components {
              * @default null
              */
             outcome: ("created" | "updated" | "resolved" | "needs_review" | "reverted" | "superseded" | "parked") | null;
+            /**
+             * Quiet
+             * @default null
+             */
+            quiet: boolean | null;
             /** Robot */
             robot: string;
             /**
