@@ -3,13 +3,15 @@
 import re
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
+from math import pi
 
 import httpx2
 import pytest
 import sqlalchemy as sa
-from playwright.sync_api import Page, Route, expect
+from playwright.sync_api import Locator, Page, Route, expect
 
 from stillroom.documents.images import as_grey
+from stillroom.maps.geometry import Pose
 from stillroom.service.decisions import expire
 from stillroom.store.database import Database
 from stillroom.store.tables import conflict
@@ -30,7 +32,7 @@ from tests.e2e.conftest import OpenPage, Robot
 from tests.e2e.drawing import pen
 from tests.e2e.looking import FIRST, shown
 from tests.e2e.test_placement import FRAME
-from tests.pipeline.test_registration import HOME, MIRRORED
+from tests.pipeline.test_registration import HOME, MIRRORED, turned
 
 Keep = Callable[[Page, str], None]
 PHONE = {"width": 360, "height": 740, "has_touch": True}
@@ -54,6 +56,12 @@ def ended(page: Page, title: str, *words: str) -> None:
     told = page.locator("section[data-state]")
     for one in words:
         expect(told).to_contain_text(re.compile(one))
+
+
+def listed(page: Page, robot: Robot) -> Locator:
+    """The question about a robot's map, in the list of all."""
+    name = robot.id.replace("RB-", "Robin ")
+    return page.get_by_role("listitem").filter(has_text=re.compile(rf"{name}\b")).get_by_role("link")
 
 
 def without_events(page: Page) -> None:
@@ -141,8 +149,8 @@ def test_a_door_that_was_shut_is_called_one_and_is_never_asked_about_again(mappe
     expect(page.get_by_text("Live", exact=True)).to_be_visible()
     assert send(mapped, "1", shut())["outcome"] == "updated"
     send(mapped, "2")
-    about = page.get_by_role("listitem").filter(has_text=read(mapped)["robot"].replace("RB-", "Robin ") + " ")
-    about.get_by_role("link", name="Is there a door?").click()
+    expect(listed(page, mapped)).to_contain_text("Is there a door?")
+    listed(page, mapped).click()
     page.get_by_role("button", name="This is a door").click()
     ended(page, "Decided", "This is a door")
     again = send(mapped, "3", shut())
@@ -273,6 +281,25 @@ def test_a_mission_from_upstairs_is_answered_among_the_questions(robot: Robot, o
     page.get_by_role("button", name="Make the new floor").tap()
     ended(page, "Decided", "Mission 1 was placed on upstairs")
     assert read(robot)["version"] == 1
+
+
+def test_after_a_reset_one_tap_brings_rooms_and_zones_back(robot: Robot, open_page: OpenPage) -> None:
+    robot.upload("0", as_grey(MIRRORED.grid.cells), **FRAME)
+    zone = [[1.0, 1.0], [2.0, 1.0], [2.0, 1.5], [1.0, 1.5]]
+    robot.edit(1, {"op": "add_restriction", "kind": "no_go", "shape": zone})
+    before = rooms(robot)
+    grid = turned(MIRRORED.grid, Pose(5.0, 3.0, pi / 2))
+    o = grid.frame.origin
+    frame = {"resolution": grid.frame.resolution, "origin": [o.x, o.y, o.yaw]}
+    robot.upload("after-reset", as_grey(grid.cells), sequence=0, epoch=1, **frame)
+    page = open_page("/questions")
+    listed(page, robot).click()
+    expect(page.get_by_text("that brings back 2 rooms and 1 restriction")).to_be_visible()
+    page.get_by_role("button", name=re.compile("^ground ")).click()
+    ended(page, "Decided", "Mission after-reset was placed on ground")
+    assert rooms(robot) == before
+    (kept,) = (f for f in read(robot)["features"] if f["properties"]["semantic"] == "restriction")
+    assert kept["properties"]["placement"] == "placed"
 
 
 def test_a_mission_that_belongs_nowhere_is_ignored(robot: Robot, open_page: OpenPage) -> None:

@@ -6,6 +6,7 @@ import { gzipSync } from "node:zlib";
 const folder = "../server/stillroom/static";
 const PAGES = [
   { page: "viewing", entries: ["index.html", "src/pages/MapPage.tsx"], budgetKb: 200 },
+  { page: "reviewing", entries: ["index.html", "src/review/ReviewPage.tsx"], budgetKb: 210 },
   { page: "editing", entries: ["index.html", "src/pages/MapPage.tsx", "src/editor/Editor.tsx"], budgetKb: 300 },
 ];
 
