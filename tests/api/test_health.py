@@ -8,11 +8,12 @@ from prometheus_client.parser import text_string_to_metric_families
 from starlette.testclient import TestClient
 
 from stillroom.app import create_app
-from stillroom.settings import Settings
+from stillroom.settings import Messaging, Settings
 from stillroom.store.database import Database
 from stillroom.store.migrate import migrate
 from tests.conftest import RobotCaller, Service
 from tests.homes import home
+from tests.telling import Names, add_webhook, delivering
 
 
 def test_a_service_that_can_work_says_so(service: Service) -> None:
@@ -68,3 +69,14 @@ def test_every_answer_carries_the_headers_that_keep_browsers_safe(service: Servi
     assert "default-src 'self'" in headers["Content-Security-Policy"]
     assert "unsafe-eval" not in headers["Content-Security-Policy"]
     assert headers["Referrer-Policy"] in ("same-origin", "no-referrer")
+
+
+def test_the_metrics_count_messages_that_wait(service: Service, robot: RobotCaller) -> None:
+    add_webhook(service.operator, "https://hooks.example.org/")
+    robot.upload("0")
+    with delivering(
+        service, Messaging("https://maps.example.org"), Names({"hooks.example.org": [["10.0.0.1"]]})
+    ) as messenger:
+        messenger.settle()
+    text = service.stranger.get("/metrics").text
+    assert 'stillroom_messages{channel="webhook",state="waiting"} 1.0' in text

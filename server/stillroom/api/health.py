@@ -1,6 +1,6 @@
 """For those who run the service. These answer everybody: they hold numbers of the whole service and no one's data."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from typing import Literal
 
@@ -13,7 +13,7 @@ from starlette.responses import Response
 
 from stillroom.api.context import Service
 from stillroom.errors import Unavailable
-from stillroom.store import migrate, missions
+from stillroom.store import deliveries, migrate, missions
 from stillroom.store.missions import Tally
 
 router = APIRouter()
@@ -46,10 +46,23 @@ def ready(service: Service) -> Health:
 def metrics(service: Service) -> Response:
     """For Prometheus. Read from the database, so that every process of the service tells the same."""
     with service.database.read() as tx:
-        tally = missions.tally(tx)
+        tally, messages = missions.tally(tx), deliveries.tally(tx)
     registry = CollectorRegistry(auto_describe=False)
     registry.register(_Missions(tally))
+    registry.register(_Messages(messages))
     return Response(generate_latest(registry), media_type=CONTENT_TYPE_LATEST)
+
+
+class _Messages:
+    def __init__(self, tally: Sequence[tuple[str, str, int]]) -> None:
+        self._tally = tally
+
+    def collect(self) -> Iterator[Metric]:
+        name, text = "stillroom_messages", "Messages of the last 30 days, and those that wait"
+        family = GaugeMetricFamily(name, text, labels=["channel", "state"])
+        for channel, state, count in self._tally:
+            family.add_metric([channel, state], count)
+        yield family
 
 
 class _Missions:

@@ -100,15 +100,20 @@ def add(tx: Transaction, new: Sequence[NewDelivery], now: datetime) -> Sequence[
     return tx.execute(made, rows).scalars().all()
 
 
-def claim(tx: Transaction, now: datetime, at_once: int, per_receiver: int) -> Sequence[Parcel]:
+def claim(tx: Transaction, now: datetime, room: Mapping[str, int], per_receiver: int) -> Sequence[Parcel]:
     """What is to be sent now: to a program each message by itself, to a person all that waits in one.
 
-    `at_once`: most parcels; `per_receiver`: most that are under way to one program.
+    `room`: most parcels, by channel; `per_receiver`: most that are under way to one program.
     """
     token = secrets.token_hex(16)
-    found = tx.execute(_candidates(now, per_receiver).limit(at_once)).all()
-    singly = [row.id for row in found if row.channel == "webhook"]
-    whole = sorted({row.receiver_id for row in found if row.channel != "webhook"})
+    singly: list[int] = []
+    whole: list[int] = []
+    for channel, most in room.items():
+        found = tx.execute(_candidates(now, channel, per_receiver if channel == "webhook" else 1).limit(most)).all()
+        if channel == "webhook":
+            singly += (row.id for row in found)
+        else:
+            whole += (row.receiver_id for row in found)
     free = sa.or_(delivery.c.due_at <= now, delivery.c.claim.is_(None))
     take = (
         sa.update(delivery)
@@ -131,8 +136,8 @@ def _all_of(receiver_ids: Sequence[int]) -> sa.ColumnElement[bool]:
     return delivery.c.receiver_id.in_(receiver_ids)
 
 
-def _candidates(now: datetime, per_receiver: int) -> sa.Select[Any]:
-    """What is due, of each receiver as much as it may be sent at once; the longest due first."""
+def _candidates(now: datetime, channel: str, per_receiver: int) -> sa.Select[Any]:
+    """What is due by a channel, of each receiver as much as it may be sent at once; the longest due first."""
     under_way = (
         sa.select(delivery.c.receiver_id, sa.func.count().label("count"))
         .where(_waiting, delivery.c.claim.is_not(None), delivery.c.due_at > now)
@@ -142,16 +147,15 @@ def _candidates(now: datetime, per_receiver: int) -> sa.Select[Any]:
     open_ = receiver.c.ended_at.is_(None), sa.or_(receiver.c.resume_at.is_(None), receiver.c.resume_at <= now)
     place = sa.func.row_number().over(partition_by=delivery.c.receiver_id, order_by=(delivery.c.due_at, delivery.c.id))
     due = (
-        sa.select(delivery.c.id, delivery.c.receiver_id, delivery.c.due_at, receiver.c.channel, place.label("place"))
+        sa.select(delivery.c.id, delivery.c.receiver_id, delivery.c.due_at, place.label("place"))
         .join(receiver, receiver.c.id == delivery.c.receiver_id)
-        .where(_waiting, delivery.c.due_at <= now, *open_)
+        .where(_waiting, delivery.c.due_at <= now, receiver.c.channel == channel, *open_)
         .subquery()
     )
-    most = sa.case((due.c.channel == "webhook", per_receiver), else_=1)
     return (
-        sa.select(due.c.id, due.c.receiver_id, due.c.channel)
+        sa.select(due.c.id, due.c.receiver_id)
         .outerjoin(under_way, under_way.c.receiver_id == due.c.receiver_id)
-        .where(due.c.place + sa.func.coalesce(under_way.c.count, 0) <= most)
+        .where(due.c.place + sa.func.coalesce(under_way.c.count, 0) <= per_receiver)
         .order_by(due.c.due_at, due.c.id)
     )
 
@@ -220,6 +224,17 @@ def trouble(tx: Transaction, receiver_id: int) -> str | None:
     query = sa.select(delivery.c.state, delivery.c.reason).where(*tried).order_by(delivery.c.tried_at.desc()).limit(1)
     last = tx.execute(query).first()
     return None if last is None or last.state in ("delivered", "dropped") else last.reason
+
+
+def tally(tx: Transaction) -> Sequence[tuple[str, str, int]]:
+    """Channel, state and number of the messages of the last 30 days."""
+    query = (
+        sa.select(receiver.c.channel, delivery.c.state, sa.func.count())
+        .join(receiver, receiver.c.id == delivery.c.receiver_id)
+        .group_by(receiver.c.channel, delivery.c.state)
+        .order_by(receiver.c.channel, delivery.c.state)
+    )
+    return [(row[0], row[1], row[2]) for row in tx.execute(query)]
 
 
 def prune(tx: Transaction, before: datetime, limit: int) -> int:

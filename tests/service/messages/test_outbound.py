@@ -94,7 +94,7 @@ def test_a_name_that_leads_to_the_inner_network_is_not_connected_to(url: str) ->
                 "localhost": [["::1", "127.0.0.1"]],
             }
         )
-        with pytest.raises(Forbidden, match="nothing is sent"):
+        with pytest.raises(Forbidden, match="nothing was sent"):
             post(url.format(port=inner.port), {}, b"x", Outbound(insecure_http=True), names)
         assert inner.requests == []
 
@@ -102,7 +102,7 @@ def test_a_name_that_leads_to_the_inner_network_is_not_connected_to(url: str) ->
 def test_a_name_with_a_public_and_an_inner_address_is_not_connected_to() -> None:
     with receiving() as inner:
         names = Names({"both.example": [["127.0.0.1", "10.0.0.1"]]})
-        with pytest.raises(Forbidden, match=r"10\.0\.0\.1"):
+        with pytest.raises(Forbidden):
             post(f"http://both.example:{inner.port}/", {}, b"x", HERE, names)
         assert inner.requests == []
 

@@ -1,9 +1,10 @@
 """Delivers messages: tells of what happened, sends what is due, tries again what failed.
 
-Missions never wait for it: it runs in a process of its own, with threads that wait for the network. A receiver that hangs or
-fails takes two of them at most, and is left alone for a while.
+Missions never wait for it: it runs in a process of its own, with threads that wait for the network. A receiver that hangs takes
+two of them at most, and one that fails is left alone for a while.
 """
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
@@ -28,7 +29,8 @@ from stillroom.store.deliveries import Change, Parcel
 from stillroom.store.grids import GridStore
 from stillroom.store.rows import Json, ReceiverRow
 
-AT_ONCE = 32
+AT_ONCE = {"webhook": 20, "push": 8, "email": 4}
+"""So many messages are under way: a mail server that hangs keeps no webhook waiting."""
 PER_RECEIVER = 2
 KEPT = timedelta(days=30)
 """So long it can be seen, and sent again, what a program was sent."""
@@ -49,17 +51,17 @@ class Messenger:
         """`finished` is called, from any thread, whenever there is room for another message."""
         self._database, self._grids, self._messaging = database, grids, messaging
         self._resolve, self._total_s, self._finished = resolve, total_s, finished
-        self._pool = ThreadPoolExecutor(AT_ONCE, "messages")
-        self._under_way: set[Future[None]] = set()
+        self._pool = ThreadPoolExecutor(sum(AT_ONCE.values()), "messages")
+        self._under_way: dict[Future[None], str] = {}
+        """With the channel of each."""
 
     def step(self) -> float:
         """Tells of all that happened and starts to send what is due; for how many seconds there is nothing more to do."""
         while announce(self._database, self._messaging.public_url) == BATCH:
             pass
-        self._under_way = {future for future in self._under_way if not future.done()}
-        room = AT_ONCE - len(self._under_way)
-        if room == 0:
-            return IDLE_S
+        self._under_way = {future: channel for future, channel in self._under_way.items() if not future.done()}
+        busy = Counter(self._under_way.values())
+        room = {channel: most - busy[channel] for channel, most in AT_ONCE.items() if busy[channel] < most}
         with self._database.read() as tx:
             due, now = deliveries.next_due(tx), clock.now(tx)
         if due is None or due > now:
@@ -68,10 +70,11 @@ class Messenger:
             parcels = deliveries.claim(tx, now, room, PER_RECEIVER)
         for parcel in parcels:
             future = self._pool.submit(self._deliver, parcel)
-            self._under_way.add(future)
+            self._under_way[future] = parcel.receiver.channel
             future.add_done_callback(lambda _future: self._finished())
-        # what is due and was not taken belongs to a receiver that has as many under way as it may
-        return 0.0 if len(parcels) == room else IDLE_S
+        # What is due and was not taken belongs to a receiver, or goes by a channel, that has as many under way as it may;
+        # `finished` is called when one of them is done.
+        return IDLE_S
 
     def settle(self) -> None:
         """Sends all that is due, and returns when that is done."""

@@ -151,7 +151,8 @@ class _Backend(httpcore2.NetworkBackend):
             raise httpcore2.ConnectError(f"The name {host} can't be resolved.") from error
         for address in found:
             if not is_allowed(ip_address(address.partition("%")[0]), self._outbound):
-                raise Forbidden(f"{host} has the address {address}, to which nothing is sent.")
+                # without the address: who gave the name must not learn by it what names mean inside
+                raise Forbidden(f"The name {host} leads to an address that is not public; nothing was sent.")
         return found
 
 
