@@ -162,6 +162,16 @@ def delivering(
         messenger.close()
 
 
+def until(messenger: Messenger, holds: Callable[[], bool]) -> None:
+    """Lets it work until something holds that does."""
+    for _ in range(600):
+        messenger.step()
+        if holds():
+            return
+        threading.Event().wait(0.05)
+    raise AssertionError("it did not come true")
+
+
 def hasten(service: Service) -> None:
     """As if all waits were over: of messages to be tried again, of people to be left in peace. Leases run on."""
     past = datetime.now(UTC) - timedelta(seconds=1)

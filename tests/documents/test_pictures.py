@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from stillroom.documents.pictures import CELLS, LONGEST_SIDE, ROOMS, Image, contact_sheet, draw, encode
+from stillroom.documents.pictures import CELLS, EMPHASIS, LONGEST_SIDE, ROOMS, Image, contact_sheet, draw, encode
 from stillroom.maps.grid import Cell, GridFrame, OccupancyGrid
 from stillroom.maps.meta import MapMeta, MetaDivider
 from stillroom.maps.semantics import Ids, Restriction, SemanticMap
@@ -105,3 +105,16 @@ def test_a_contact_sheet_has_every_picture_and_its_caption() -> None:
     decoded = cv2.imdecode(np.frombuffer(encode(sheet), np.uint8), cv2.IMREAD_COLOR)
     assert decoded is not None
     assert np.array_equal(decoded, sheet)
+
+
+def test_a_room_that_a_picture_is_about_has_a_bold_outline_and_no_other_has() -> None:
+    first, second = (room.id for room in FLAT_MAP.rooms)
+    images = {about: draw(FLAT.grid, FLAT_MAP, about) for about in ((), (first,), (second,), (first, second))}
+
+    def bold(image: Image) -> int:
+        return int((image == np.array(EMPHASIS, np.uint8)).all(-1).sum())
+
+    counts = [bold(image) for image in images.values()]
+    assert counts[0] == 0
+    assert min(counts[1:3]) > 100
+    assert counts[3] > max(counts[1:3])

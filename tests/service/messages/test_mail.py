@@ -1,6 +1,7 @@
 """E-mail, as it arrives at a mail server: to addresses that were confirmed, with pictures, and few."""
 
 import re
+import socket
 from collections.abc import Iterator
 from dataclasses import replace
 from email.message import EmailMessage
@@ -14,13 +15,17 @@ from stillroom.maps.mission import Mission
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.update import MapUpdate
 from stillroom.service.messages import mail
-from stillroom.settings import Messaging
+from stillroom.service.messages.messenger import AT_ONCE
+from stillroom.settings import MailServer, Messaging
+from stillroom.store import clock, deliveries, receivers
+from stillroom.store.deliveries import NewDelivery
+from stillroom.store.receivers import NewReceiver
 from stillroom.store.tables import delivery
 from tests.conflicts import Core, expect, rejected, send
 from tests.conftest import Caller, RobotCaller, Service
 from tests.homes import pixels
 from tests.service.messages.mailbox import ANN, SENDER, MailBox, mail_server, server_of
-from tests.telling import PUBLIC_URL, Json, allow, delivering, hasten, owner
+from tests.telling import PUBLIC_URL, Json, add_webhook, allow, delivering, hasten, owner, receiving, until
 
 # what differs between databases is tested with webhooks
 pytestmark = pytest.mark.parametrize("engine", ["sqlite"])
@@ -315,3 +320,23 @@ def test_names_that_people_gave_can_not_change_what_a_message_is(
     (letter,) = box.messages
     assert letter["Subject"] == "<b>Home</b> & more: a question about Room r1"
     assert "&lt;b&gt;Home&lt;/b&gt; &amp; more" in text_of(letter, "html")
+
+
+def test_a_mail_server_that_hangs_keeps_no_webhook_waiting(service: Service) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as hanging, receiving() as there:
+        server = MailServer("127.0.0.1", hanging.getsockname()[1], "none", None, None, SENDER)
+        with service.database.write() as tx:
+            now = clock.now(tx)
+            for number in range(2 * sum(AT_ONCE.values())):
+                row = receivers.add(tx, NewReceiver("email", f"user:{number}", f"{number}@example.org", now), now)
+                assert row is not None
+                deliveries.add(tx, [NewDelivery(row.id, "test", {}, now)], now)
+        messaging = allow(service, mail=server)
+        webhook = add_webhook(service.operator, there.url)
+        expect(service.operator.request("POST", f"/api/v1/webhooks/{webhook['id']}/test"), 202)
+        with delivering(service, messaging) as messenger:
+            until(messenger, lambda: bool(there.requests))
+            with service.database.read() as tx:
+                tried = sa.select(sa.func.count()).where(delivery.c.kind == "test", delivery.c.attempts > 0)
+                assert tx.execute(tried).scalar_one() == AT_ONCE["email"] + 1
+            hanging.close()  # those that wait for it are told so

@@ -4,7 +4,6 @@ import threading
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from http.server import BaseHTTPRequestHandler
-from typing import Any
 
 import pytest
 import sqlalchemy as sa
@@ -12,7 +11,7 @@ from standardwebhooks import Webhook, WebhookVerificationError
 
 from stillroom.service.messages import schedule
 from stillroom.service.messages.attempts import Attempt
-from stillroom.service.messages.messenger import AT_ONCE, PER_RECEIVER, Messenger
+from stillroom.service.messages.messenger import AT_ONCE, PER_RECEIVER
 from stillroom.service.messages.sending import _retry_after
 from stillroom.settings import Messaging, Outbound
 from stillroom.store import deliveries
@@ -36,6 +35,7 @@ from tests.telling import (
     owner,
     port_of_nobody,
     receiving,
+    until,
 )
 
 ANN = "ann@example.org"
@@ -206,16 +206,6 @@ def test_a_receiver_that_hangs_holds_up_neither_missions_nor_other_receivers(
             released.set()
         messenger.settle()
         assert len(hanging.requests) == len(good.requests)
-
-
-def until(messenger: Messenger, holds: Any) -> None:
-    """Lets it work until something holds that does."""
-    for _ in range(600):
-        messenger.step()
-        if holds():
-            return
-        threading.Event().wait(0.05)
-    raise AssertionError("it did not come true")
 
 
 def test_what_a_messenger_that_died_had_claimed_is_sent_by_another(service: Service, messaging: Messaging) -> None:
