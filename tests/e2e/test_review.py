@@ -158,6 +158,21 @@ def test_a_door_that_was_shut_is_called_one_and_is_never_asked_about_again(mappe
     assert send(mapped, "4")["conflicts"] == []
 
 
+def test_all_that_is_open_about_a_map_is_answered_as_recommended_at_once(mapped: Robot, open_page: OpenPage) -> None:
+    send(mapped, "1", shut())
+    send(mapped, "2")
+    settings(mapped, review="ask_first")
+    send(mapped, "3", OPEN_PLAN)
+    assert len(questions(mapped)) == 2
+    page = open_page(mapped.page)
+    page.get_by_role("button", name="Answer all as recommended").click()
+    expect(page.get_by_role("region", name="Questions about this map")).to_have_count(0)
+    assert questions(mapped) == []
+    assert causes(mapped)[:2] == ["decision", "decision"]
+    (door,) = (f for f in read(mapped)["features"] if f["properties"].get("kind") == "door")
+    assert door["properties"]["semantic"] == "divider"
+
+
 def test_an_answer_that_was_picked_in_a_message_takes_one_tap_to_confirm(asked: Robot, open_page: OpenPage) -> None:
     page = open_page(f"{question(asked)}?answer=accept:p2")
     picked = page.get_by_role("button", name="Take the new map")

@@ -24,7 +24,7 @@ interface HistoryPanelProps {
   readonly onCompare: (before: number, after: number) => void;
 }
 
-export function HistoryPanel({ history, shown, newest, pinned, onChoose, onCompare }: HistoryPanelProps) {
+export default function HistoryPanel({ history, shown, newest, pinned, onChoose, onCompare }: HistoryPanelProps) {
   if (history.isPending) return <Loading />;
   if (history.error && history.entries.length === 0) {
     return <Failure what={texts.history.failed} error={history.error} retry={history.retry} />;

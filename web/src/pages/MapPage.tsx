@@ -9,7 +9,6 @@ import { isParked, ofMap } from "../map/questions";
 import { viewMap } from "../map/view";
 import { texts } from "../texts";
 import { MapCanvas, NOTHING } from "../viewer/MapCanvas";
-import { HistoryPanel } from "./HistoryPanel";
 import classes from "./MapPage.module.css";
 import { ParkedPanel } from "./ParkedPanel";
 import { MapQuestions } from "./QuestionsPage";
@@ -28,6 +27,8 @@ interface MapPageProps {
 // Drawing is for those who change things: the others need not wait for it.
 const Editor = lazy(() => import("../editor/Editor"));
 const Compare = lazy(() => import("../compare/Compare"));
+// What was before is behind a tab of its own.
+const HistoryPanel = lazy(() => import("./HistoryPanel"));
 
 export default function MapPage({ robot, map, robots }: MapPageProps) {
   const { chosen, choose, editing, edit, compared, compare, showsHistory } = usePlace();
@@ -53,7 +54,9 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
         <p>{texts.map.noVersion}</p>
         <Link href="/">{texts.home}</Link>
         <ParkedPanel robot={robot} map={map} floors={owner?.maps ?? []} />
-        <HistoryPanel history={history} shown={0} newest={0} pinned={null} onChoose={choose} onCompare={compare} />
+        <Suspense fallback={<Loading />}>
+          <HistoryPanel history={history} shown={0} newest={0} pinned={null} onChoose={choose} onCompare={compare} />
+        </Suspense>
       </Notice>
     );
   }
@@ -138,14 +141,16 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
             {summary && <ReviewSetting robot={robot} map={summary} />}
           </Tabs.Panel>
           <Tabs.Panel value="history">
-            <HistoryPanel
-              history={history}
-              shown={document.version}
-              newest={newest}
-              pinned={summary?.pinned ?? null}
-              onChoose={choose}
-              onCompare={compare}
-            />
+            <Suspense fallback={<Loading />}>
+              <HistoryPanel
+                history={history}
+                shown={document.version}
+                newest={newest}
+                pinned={summary?.pinned ?? null}
+                onChoose={choose}
+                onCompare={compare}
+              />
+            </Suspense>
           </Tabs.Panel>
         </Tabs>
       </aside>

@@ -1,7 +1,8 @@
-import { useQuery } from "@tanstack/react-query";
+import { Button } from "@mantine/core";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { Link } from "wouter";
-import type { Schemas } from "../api/client";
-import { questionsQuery } from "../api/queries";
+import { answered, api, type Schemas } from "../api/client";
+import { questionsQuery, refreshAll } from "../api/queries";
 import { Icon } from "../icons";
 import { Moment } from "../Moment";
 import type { Conflict } from "../map/questions";
@@ -41,6 +42,7 @@ export default function QuestionsPage({ robots }: QuestionsPageProps) {
       ) : (
         <Questions conflicts={open.data.items} nameOf={nameOf} />
       )}
+      {open.data.next !== null && <p className={classes.none}>{texts.questions.newest(open.data.items.length)}</p>}
       {settled.data.items.length > 0 && (
         <section aria-labelledby="settled">
           <h2 id="settled">{texts.questions.settled}</h2>
@@ -86,11 +88,36 @@ export function Questions({ conflicts, nameOf }: QuestionsProps) {
 
 /** Those of one map, for its own page; nothing where there are none. */
 export function MapQuestions({ conflicts }: { readonly conflicts: readonly Conflict[] }) {
-  if (conflicts.length === 0) return null;
+  const [first] = conflicts;
+  if (!first) return null;
   return (
     <section className={classes.ofMap} aria-labelledby="questions-of-map">
       <h2 id="questions-of-map">{texts.questions.here}</h2>
       <Questions conflicts={conflicts} />
+      {conflicts.length > 1 && <AnswerAll robot={first.robot} map={first.map} />}
     </section>
+  );
+}
+
+/** The recommended answer to all that is open about a map; what needs more than that stays open. */
+function AnswerAll({ robot, map }: { readonly robot: string; readonly map: string }) {
+  const queries = useQueryClient();
+  const answer = useMutation({
+    mutationFn: () =>
+      answered(
+        api.POST("/api/v1/robots/{robot}/maps/{map}/conflicts/decision", {
+          params: { path: { robot, map } },
+          body: { response: "accept", dividers: [], note: "" },
+        }),
+      ),
+    onSettled: () => refreshAll(queries),
+  });
+  return (
+    <>
+      <Button className={classes.all ?? ""} mih={44} loading={answer.isPending} onClick={() => answer.mutate()}>
+        {texts.questions.all}
+      </Button>
+      {answer.error && <p role="alert">{answer.error.message}</p>}
+    </>
   );
 }

@@ -1,6 +1,6 @@
 import { Button } from "@mantine/core";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
-import { useId, useMemo, useState } from "react";
+import { useEffect, useId, useMemo, useRef, useState } from "react";
 import { conflictQuery, proposalQuery, refreshAll } from "../api/queries";
 import { DrawingState } from "../editor/DrawingState";
 import type { EditLayerEvents } from "../editor/EditLayer";
@@ -87,6 +87,9 @@ export default function Drawing({ conflict, sensed, title, here, onRefused, onDo
   };
   const cancel = useEditLayer(homeMap, { document: drawn, tool: "divider", selection: null }, events);
 
+  const heading = useRef<HTMLHeadingElement>(null);
+  useEffect(() => heading.current?.focus({ preventScroll: true }), []);
+
   const preview = tried.data?.ok ? tried.data.document : null;
   const focus = useMemo(() => focusOf(conflict, [here, base], sensed), [conflict, here, base, sensed]);
   const shown = useMemo(() => {
@@ -112,7 +115,9 @@ export default function Drawing({ conflict, sensed, title, here, onRefused, onDo
       </div>
       <aside className={pageClasses.panel}>
         <div className={classes.drawing}>
-          <h1>{words.title}</h1>
+          <h1 ref={heading} tabIndex={-1}>
+            {words.title}
+          </h1>
           <p>{words.lead}</p>
           {refusal && <Refused refusal={refusal} onExtend={(line) => put([...lines, line])} />}
           <Lines lines={lines} faulty={tried.data?.ok === false ? tried.data.lines : []} onChange={put} />

@@ -113,7 +113,7 @@ function Result({ conflict, head }: { readonly conflict: Conflict; readonly head
   const { parent } = own ?? { parent: null };
   return (
     <>
-      {conflict.response !== null && made.data && <p>{own ? ended.version(own.version) : ended.same}</p>}
+      {conflict.response !== null && made.data && !undo.data && <p>{own ? ended.version(own.version) : ended.same}</p>}
       {undo.data && <p role="status">{ended.undone(undo.data.version)}</p>}
       {undo.error && <p role="alert">{undo.error.message}</p>}
       <div className={classes.others}>

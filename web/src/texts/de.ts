@@ -65,6 +65,8 @@ export const de: Texts = {
     opened: "gefragt",
     again: (n) => `${n === 1 ? "einmal" : `${n}-mal`} wieder gesehen`,
     until: "bleibt von selbst, wie es ist",
+    all: "Alle wie empfohlen beantworten",
+    newest: (n) => `Dies sind die neuesten ${n}; die übrigen folgen, wenn sie beantwortet sind.`,
     settled: "Von stillroom geregelt",
     settledLead: "Nichts zu tun: Dies wurde für Sie entschieden, und Sie können es ändern.",
     here: "Fragen zu dieser Karte",

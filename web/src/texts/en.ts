@@ -59,6 +59,8 @@ export const en = {
     opened: "asked",
     again: (n: number) => `met again ${n === 1 ? "once" : `${n} times`}`,
     until: "stays as it is by itself",
+    all: "Answer all as recommended",
+    newest: (n: number) => `These are the newest ${n}; the others follow as they are answered.`,
     settled: "Settled by stillroom",
     settledLead: "Nothing to do: these were decided for you, and you can change them.",
     here: "Questions about this map",
