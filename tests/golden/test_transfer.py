@@ -13,6 +13,7 @@ from stillroom.maps.grid import Cell, OccupancyGrid
 from stillroom.maps.mission import Mission, Tracking
 from stillroom.maps.semantics import Ids, SemanticMap
 from stillroom.pipeline.creation import create_map
+from stillroom.pipeline.edits import AddDivider, apply_edits
 from stillroom.pipeline.params import PARAMS
 from stillroom.pipeline.update import MapUpdate, update_map
 from tests.drawing import draw, iou, paint, rectangle
@@ -338,3 +339,22 @@ def test_the_same_mission_gives_the_same_update() -> None:
     first, second = (upload(grid, Pose(0.05, 0.02, 0.003), 0.03) for _ in range(2))
     assert first.map == second.map
     assert first.rooms == second.rooms
+
+
+# -- dividers that share an end -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("further", [0.1, 0.2])
+def test_dividers_that_end_on_the_same_place_of_a_wall_follow_the_wall(further: float) -> None:
+    """Only corners in the open, where meta-dividers met that were accepted, stay what they are."""
+    created = create_map(OPEN_PLAN.grid, "0", Ids())
+    left, bottom, right, top = created.rooms[0].polygon.bounds
+    fan = [((left + 3.0, bottom), (left + x, top)) for x in (1.5, 4.5)]
+    base = apply_edits(created, [AddDivider(line) for line in fan]).map
+    assert len(base.rooms) == 3
+    grid = paint(OPEN_PLAN.grid, Cell.OCCUPIED, rectangle(left, bottom, right, bottom + further))
+    update = upload(grid, base=base)
+    assert (update.outcome, len(update.map.rooms)) == ("updated", 3), update.reason
+    assert violations(update.map, grid, PARAMS.wall_reach_m) == ()
+    for divider in update.map.dividers:
+        assert min(y for _, y in divider.line) == pytest.approx(bottom + further, abs=0.03)

@@ -111,7 +111,7 @@ def transfer_semantics(
     meta_walls = [o.polygon for o in meta.occupancy if o.cell == "occupied"]
     obstacles = classify_obstacles(tracked, grid, shut, params, meta_walls)
     floor = _worth(outline(obstacles.floor, grid.frame, params, smallest_m2=params.face_area_m2), tracked, grid, params)
-    dividers, lost = _attach_dividers((*tracked.dividers, *found), floor, params)
+    dividers, lost = _attach_dividers((*tracked.dividers, *found), tracked.walls, floor, params)
     meta = replace(meta, dividers=_attach_meta(meta.dividers, dividers, floor, params))
     lines = [d.line for d in dividers] + [d.line for d in meta.dividers]
     pieces = partition(floor, lines, params.face_area_m2)
@@ -182,18 +182,19 @@ def enclosure(region: Polygon, tracked: SemanticMap, grid: OccupancyGrid, params
 
 
 def _attach_dividers(
-    dividers: Sequence[Divider], floor: MultiPolygon, params: Params
+    dividers: Sequence[Divider], walls: Sequence[Wall], floor: MultiPolygon, params: Params
 ) -> tuple[tuple[Divider, ...], tuple[str, ...]]:
-    """Dividers with their ends on the new walls, and the ids of those that find none.
+    """Dividers with their ends on the new walls, and the ids of those that find none. `walls`: as they were tracked.
 
-    Those that end on others come after these; those that meet end to end, as accepted meta-dividers do, keep their corners.
+    Those that end on others come after these; those that meet end to end away from walls, as accepted meta-dividers do, keep their corners.
     """
     placed: dict[str, Divider] = {}
     lost: list[str] = []
     waiting = [d.id for d in dividers]
     resting = _resting(dividers)
     by_id = {d.id: d for d in dividers}
-    ends = [end for d in dividers for end in d.line]
+    on_walls = shapely.buffer(shapely.MultiLineString([wall.line for wall in walls]), RESTS_M, quad_segs=2)
+    ends = [end for d in dividers for end in d.line if not shapely.intersects_xy(on_walls, *end)]
     while waiting:
         now = next((d for d in waiting if not any(o in waiting for o in resting[d])), waiting[0])
         waiting.remove(now)
