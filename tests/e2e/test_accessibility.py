@@ -27,7 +27,7 @@ def asked(name: str, robot: Robot, open_page: OpenPage, **options: object) -> Pa
         return page
     expect(page.get_by_role("button", name="Take the new map")).to_be_visible()
     if name == "question":
-        page.get_by_role("button", name="What the robot saw").click()
+        page.get_by_role("button", name="Robot's view").click()
         page.get_by_role("button", name="Layers").click()
     if name == "drawing":
         page.get_by_role("button", name="Draw the boundary myself").click()

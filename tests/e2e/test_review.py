@@ -132,7 +132,7 @@ def test_the_picture_is_compared_by_slider_and_keyboard_alone(asked: Robot, open
         slider.press("PageUp")
     expect(slider).to_have_attribute("aria-valuetext", "50 % before")
     keep(page, "question-swipe-1440-dark")
-    page.get_by_role("button", name="What the robot saw").press("Enter")
+    page.get_by_role("button", name="Robot's view").press("Enter")
     expect(slider).to_have_attribute("aria-valuetext", "0 % before")
     page.get_by_role("button", name="Layers").press("Enter")
     expect(page.get_by_role("checkbox", name="What changed")).to_be_checked()

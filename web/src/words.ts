@@ -86,9 +86,11 @@ export function describeConflict(conflict: Conflict): string {
   const { kind, cause, state, rooms, summary } = conflict;
   const settled = state === "resolved_automatically";
   const isHeld = kind === "connectivity" && conflict.proposals.some(({ action }) => action === "keep_previous");
+  const isRepaired = conflict.proposals.some(({ action }) => action.startsWith("meta_"));
   const keys = [
     ...(isDiscovery(conflict) ? ["connectivity discovery"] : isHeld ? [`held ${cause}`] : []),
     `${kind} ${cause}`,
+    ...(!settled && kind.startsWith("room_") && isRepaired ? ["held room"] : []),
     ...(settled && kind.startsWith("room_") ? ["settled"] : []),
     kind,
   ];

@@ -37,7 +37,7 @@ export const de: Texts = {
     again:
       "Ist der Link verbraucht oder nicht zur Hand? Machen Sie einen neuen auf dem Rechner, auf dem der Dienst läuft:",
     once: "Jeder Link lässt einen Browser ein, einmal.",
-    check: "Ich bin angemeldet: noch einmal nachsehen",
+    check: "Ich bin angemeldet: weiter",
   },
   maps: {
     title: "Wohnungen",
@@ -232,10 +232,11 @@ export const de: Texts = {
 
 /** What questions are about, by kind and cause; the service itself says it in English. */
 export const conflictDe: ConflictTexts = {
-  room_lost: (rooms) => `${rooms} wurde nicht wiedergefunden.`,
+  room_lost: (rooms) => `Nicht wiedergefunden: ${rooms}.`,
   room_recall: (rooms, percent) => `${percent} % von ${rooms} sind weg.`,
-  room_precision: (rooms) => `${rooms} lief mit der Umgebung zusammen.`,
-  settled: (rooms) => `${rooms} wurde gehalten, obwohl sich die Karte geändert hatte.`,
+  room_precision: (rooms) => `Mit der Umgebung zusammengelaufen: ${rooms}.`,
+  settled: (rooms) => `Trotz einer Änderung wie zuvor gehalten: ${rooms}.`,
+  "held room": (rooms) => `Mit einer Reparatur bliebe wie zuvor, was sich geändert hat: ${rooms}.`,
   divider_lost: (rooms) =>
     rooms
       ? `Die Trennlinie bei ${rooms} fand keine Wand, an der sie enden kann, und ist nicht mehr auf der Karte.`
@@ -286,7 +287,7 @@ export const reviewDe: ReviewTexts = {
     meta_occupancy: "Repariert",
     own: "Eigener Raum",
     drawn: "Mit Ihren Linien",
-    seen: "Was der Roboter sah",
+    seen: "Roboterbild",
     swipe: "Wie viel von der Karte vorher zu sehen ist",
     share: (percent) => `${percent} % vorher`,
   },

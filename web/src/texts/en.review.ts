@@ -31,7 +31,7 @@ export const reviewEn = {
     meta_occupancy: "Repaired",
     own: "Own room",
     drawn: "With your lines",
-    seen: "What the robot saw",
+    seen: "Robot's view",
     swipe: "How much of the map before is shown",
     share: (percent: number) => `${percent} % before`,
   },
