@@ -232,6 +232,8 @@ def test_a_question_about_a_pinned_map_that_nobody_answers_ends_at_its_deadline(
     page.get_by_role("button", name=KEEP).click()
     expect(page.get_by_role("alert").or_(page.locator("section[data-state=expired]")).first).to_be_visible()
     ended(page, "Nobody answered in time", "The map stayed as it was")
+    page.get_by_role("link", name="See the history").click()
+    expect(page.get_by_role("tabpanel")).to_contain_text("Nobody answered in time; the map stayed as it was.")
     assert causes(mapped) == ["edit", "created"]
 
 

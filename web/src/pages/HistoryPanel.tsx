@@ -1,14 +1,16 @@
 import { Button, useComputedColorScheme } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useMemo, useRef } from "react";
-import { versionQuery } from "../api/queries";
+import { Link } from "wouter";
+import { conflictQuery, versionQuery } from "../api/queries";
 import { Icon } from "../icons";
 import { Moment } from "../Moment";
 import { byMission, type Mission, onRobotSince, type Version } from "../map/history";
 import { viewMap } from "../map/view";
+import { questionPath } from "../paths";
 import { texts } from "../texts";
 import { useSeen } from "../useSeen";
-import { describeMission, describeScore, isUnchanged, madeBy } from "../words";
+import { describeConflict, describeMission, describeScore, isUnchanged, madeBy } from "../words";
 import classes from "./HistoryPanel.module.css";
 import { Failure, Loading } from "./states";
 import { Thumbnail } from "./Thumbnail";
@@ -161,11 +163,37 @@ function MissionDetails({ mission }: { readonly mission: Mission }) {
           </ul>
         </>
       )}
+      {mission.conflicts.map((conflict) => (
+        <Asked key={conflict} robot={mission.robot} map={mission.map} conflict={conflict} />
+      ))}
       {mission.warnings.map((warning) => (
         <p key={warning} className={classes.warning}>
           {warning}
         </p>
       ))}
     </div>
+  );
+}
+
+interface AskedProps {
+  readonly robot: string;
+  readonly map: string;
+  readonly conflict: string;
+}
+
+/** A question that the mission met, and how it ended. */
+function Asked({ robot, map, conflict }: AskedProps) {
+  const place = useRef<HTMLParagraphElement>(null);
+  const seen = useSeen(place);
+  const found = useQuery({ ...conflictQuery(robot, map, conflict), enabled: seen });
+  return (
+    <p ref={place} className={classes.asked}>
+      {found.data && (
+        <>
+          <Link href={questionPath(robot, map, conflict)}>{describeConflict(found.data)}</Link>{" "}
+          {texts.questions.state[found.data.state]}
+        </>
+      )}
+    </p>
   );
 }

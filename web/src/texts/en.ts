@@ -1,6 +1,7 @@
 /** Every English string that people read, but for the editor's (en.editor.ts). */
 
 import type { Cause } from "../map/document";
+import type { Conflict } from "../map/questions";
 import type { Layer } from "../map/styles";
 import type { Passage } from "../map/view";
 import { area, count } from "../numbers";
@@ -65,6 +66,15 @@ export const en = {
     settledLead: "Nothing to do: these were decided for you, and you can change them.",
     here: "Questions about this map",
     parked: "A mission waits for its floor",
+    state: {
+      open: "It waits for an answer.",
+      accepted: "Somebody answered.",
+      rejected: "Somebody answered.",
+      annotated: "Somebody drew the boundary.",
+      expired: "Nobody answered in time; the map stayed as it was.",
+      superseded: "A later mission made it pointless.",
+      resolved_automatically: "stillroom settled it.",
+    } satisfies Record<Conflict["state"], string>,
     review: "Where something is doubtful",
     automatic: "stillroom decides by itself",
     askFirst: "ask me first",
