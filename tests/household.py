@@ -34,8 +34,6 @@ from tests.homes import ORIGIN, RESOLUTION, Image, png
 
 Json = dict[str, Any]
 ROBOT, MAP, UPSTAIRS = "RB-1", "ground", "upstairs"
-BROUGHT_BACK = ("restore",)
-"""Causes of versions in which ids may live again that had gone."""
 
 
 class Household:
@@ -106,12 +104,15 @@ class Household:
 
     # -- what must hold ---------------------------------------------------------------------------------------------
 
-    def look(self, most: int = 1) -> None:
-        """At all that is new; at most so many versions may have been made since the last look."""
+    def look(self, most: int = 1, brought_back: bool = False) -> None:
+        """At all that is new; at most so many versions may have been made since the last look.
+
+        `brought_back`: what had gone may live again, under the name that it had.
+        """
         head = self.head()
         assert self.version <= head <= self.version + most
         for number in range(self.version + 1, head + 1):
-            self._check_ids(number)
+            self._check_ids(number, brought_back)
             self._check_valid(number)
         self.version = head
         rooms = (known for known in self.seen if known.startswith("r") and not known.endswith("-2"))
@@ -128,11 +129,14 @@ class Household:
                 "whoever asks says what happens without an answer"
             )
 
-    def _check_ids(self, number: int) -> None:
+    def _check_ids(self, number: int, brought_back: bool) -> None:
         document = self.map(number)
         ids = {f.id for f in document.features if f.properties.semantic not in ("wall", "clutter")}
         before = {f.id for f in self.map(document.parent).features} if document.parent else set()
-        if document.cause not in BROUGHT_BACK:
+        if brought_back:
+            assert document.cause in ("restore", "edit")
+            assert ids <= self.seen, "nothing is new"
+        else:
             assert not (ids - before) & self.seen, "an id is never given out twice"
         self.seen |= ids
 

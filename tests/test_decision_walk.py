@@ -86,11 +86,11 @@ class Walk(RuleBasedStateMachine):
                 self._mission(change, tracked, lambda: self._edit(i, x, order), most=2)
             case "restore":
                 restore_version(self.home.database, ME, ROBOT, MAP, 1 + i % self.home.version)
-                self.home.look()
+                self.home.look(brought_back=True)
             case "undo":
                 with suppress(ChangedSince):
                     undo_version(self.home.database, ME, ROBOT, MAP, self.home.version - min(j, self.home.version - 1))
-                self.home.look()
+                self.home.look(brought_back=True)
             case "setting":
                 self._set(setting)
             case "placement":
