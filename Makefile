@@ -6,7 +6,7 @@ NPM := $(if $(shell npm --version 2>/dev/null | grep -E '^([1-9]|10)[.]'),npx --
 WEB_SOURCES := $(shell git ls-files web 2>/dev/null || find web -type f -not -path '*/node_modules/*')
 PORT ?= 8000
 
-.PHONY: help setup run test check bench bench-registration bench-browser bench-segmentation bench-updates client browser
+.PHONY: help setup run test check bench bench-registration bench-browser bench-segmentation bench-updates fit-cuts client browser
 
 help:  ## what can be made
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -35,6 +35,9 @@ bench-browser: setup browser  ## the first paint of a home, and frames while a d
 
 bench-segmentation: setup  ## rooms found on the real maps of ../shared/data: how right, and how fast
 	$(BIN)/python -m tests.real.bench_segmentation
+
+fit-cuts: setup  ## weights of what parts rooms, from the real maps of ../shared/data and simulated homes
+	$(BIN)/python -m tests.real.fit_cuts
 
 bench-registration: setup  ## real maps (../shared/data) without tracking: which are found, parked or put wrongly
 	$(BIN)/python -m tests.real.bench_registration

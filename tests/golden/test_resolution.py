@@ -328,7 +328,7 @@ def test_furniture_that_moves_to_another_wall_changes_no_rooms_shape() -> None:
 
 def test_a_wall_that_opened_beside_a_bed_that_moved_is_parted_along_the_wall() -> None:
     """Not around where the bed stood: the lost room's boundary was the bed's edge there, its neighbour's was the wall."""
-    bed = rectangle(1.8, 2.9, 4.0, 4.4)
+    bed = rectangle(1.8, 3.1, 4.0, 4.4)
     before = upload(BASE, HOME).map
     base = create_map(paint(HOME, Cell.OCCUPIED, bed), "0", Ids())
     a, b = (min(base.rooms, key=lambda r: -covers(r.polygon, named(before, name).polygon)) for name in "AB")

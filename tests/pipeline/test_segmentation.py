@@ -12,7 +12,8 @@ from stillroom.maps.grid import GridFrame
 from stillroom.pipeline.cells import cells_in
 from stillroom.pipeline.cuts import likely_cuts, outline_of, possible_cuts
 from stillroom.pipeline.params import PARAMS
-from stillroom.pipeline.segmentation import WEIGHTS, join_pieces, over_segment, propose_dividers
+from stillroom.pipeline.pieces import over_segment
+from stillroom.pipeline.segmentation import WEIGHTS, join_pieces, propose_dividers
 from tests.drawing import rectangle
 
 FRAME = GridFrame(0.05, 240, 160)
@@ -87,7 +88,7 @@ def test_likely_cuts_neither_cross_nor_close_the_same_opening_twice() -> None:
     mask = cells_in([CORRIDOR], FRAME)
     clearance = np.full(mask.shape, 1.0, np.float32)
     outline = outline_of(shapely.orient_polygons(MultiPolygon([CORRIDOR])), FRAME, PARAMS)
-    cuts = likely_cuts(possible_cuts(outline, mask, clearance, FRAME, PARAMS))
+    cuts = likely_cuts(possible_cuts(outline, clearance, FRAME, PARAMS), outline)
     lines = [shapely.LineString([a, b]) for a, b in zip(cuts.a, cuts.b, strict=True)]
     assert len(lines) > 4
     for i, line in enumerate(lines):

@@ -10,8 +10,8 @@ import numpy.typing as npt
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from stillroom.maps.geometry import Line, Pose, as_points, polygons_in
-from stillroom.maps.grid import Cell, GridFrame, OccupancyGrid, look_up
+from stillroom.maps.geometry import Line, Points, Pose, as_points, polygons_in
+from stillroom.maps.grid import Cell, GridFrame, Mask, OccupancyGrid, look_up
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap
 from stillroom.pipeline.cells import label_cells
 from stillroom.pipeline.params import PARAMS, Params
@@ -34,10 +34,11 @@ MOSTLY_WALLED = 0.75
 
 def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = PARAMS) -> SemanticMap:
     """Rooms, dividers, walls and clutter of `grid`; new ids are taken from `ids`."""
-    seen = _explored_part(grid, params)
+    seen = explored_part(grid, params)
     obstacles = separate_clutter(seen, params)
-    floor = outline(obstacles.floor, seen.frame, params, smallest_m2=params.pocket_area_m2)
-    lines = propose_dividers(floor, obstacles.floor, seen.frame, params)
+    mask = without_slots(obstacles.floor, seen.frame.resolution, params)
+    floor = outline(mask, seen.frame, params, smallest_m2=params.pocket_area_m2)
+    lines = propose_dividers(floor, mask, seen.frame, params)
     polygons = partition(floor, lines, params.face_area_m2)
     distance = _occupied_distance(seen, params)
     entered = _entered(polygons, lines, distance, seen.frame, params)
@@ -57,6 +58,19 @@ def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = 
     )
 
 
+def without_slots(floor: Mask, cell: float, params: Params) -> Mask:
+    """`floor` without gaps too narrow to lead anywhere: single cells of thin walls that were sensed as free. `cell`: metres."""
+    across = max(int(params.slot_width_m / cell + 1e-6), 1) + 1
+    obstacles = np.logical_not(floor).view(np.uint8)
+    sealed = obstacles.copy()
+    for line in (np.ones((1, across), np.uint8), np.ones((across, 1), np.uint8)):
+        rows, columns = line.shape
+        grown = cv2.dilate(obstacles, line, anchor=(columns // 2, rows // 2))
+        shrunk = cv2.erode(grown, line, anchor=((columns - 1) // 2, (rows - 1) // 2))
+        sealed |= np.asarray(shrunk, np.uint8)
+    return np.asarray(sealed == 0)
+
+
 def _entered(
     polygons: Sequence[Polygon],
     lines: Sequence[Line],
@@ -73,7 +87,7 @@ def _entered(
         return tuple(wide)
     rings = shapely.segmentize([polygon.exterior for polygon in wide], 2 * frame.resolution)
     samples, room = shapely.get_coordinates(rings, return_index=True)
-    walled = look_up(occupied_distance, frame.to_cells_inside(samples), np.inf) <= params.wall_reach_m
+    walled = _beside_cells(occupied_distance, frame.to_cells(samples)) <= params.wall_reach_m
     if walled.mean() < MOSTLY_WALLED:
         return tuple(wide)
     share = np.bincount(room, walled, len(wide)) / np.bincount(room, minlength=len(wide))
@@ -85,6 +99,12 @@ def _entered(
     compact = 4 * np.pi * shapely.area(wide) >= LEAST_COMPACT * perimeter**2
     compact[0] = True
     return tuple(polygon for polygon, kept in zip(wide, (enclosed | compact).tolist(), strict=True) if kept)
+
+
+def _beside_cells(values: npt.NDArray[np.float32], places: Points) -> npt.NDArray[np.float32]:
+    """The least of the values of the cells at places (n, 2) in cells: those on a border between cells have the values of both sides."""
+    corners = np.array([(-0.1, -0.1), (-0.1, 0.1), (0.1, -0.1), (0.1, 0.1)])
+    return np.asarray(look_up(values, places[:, None] + corners, np.inf).min(1))
 
 
 def _with_hallways(rooms: Sequence[Room], dividers: Sequence[Divider], params: Params) -> tuple[Room, ...]:
@@ -114,7 +134,7 @@ def _occupied_distance(grid: OccupancyGrid, params: Params) -> npt.NDArray[np.fl
     return np.where(np.asarray(near) > 0, np.float32(0), np.float32(np.inf))
 
 
-def _explored_part(grid: OccupancyGrid, params: Params) -> OccupancyGrid:
+def explored_part(grid: OccupancyGrid, params: Params) -> OccupancyGrid:
     """What is free with as much around it as walls can reach: the map is the same, however much is unexplored around it."""
     left, bottom, width, height = cv2.boundingRect(grid.free.view(np.uint8))
     margin = int(np.ceil(params.wall_reach_m / grid.frame.resolution)) + 2

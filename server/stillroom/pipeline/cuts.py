@@ -12,7 +12,7 @@ import shapely
 from shapely import MultiPolygon
 
 from stillroom.maps.geometry import Points
-from stillroom.maps.grid import GridFrame, Mask
+from stillroom.maps.grid import GridFrame
 from stillroom.pipeline.params import Params
 
 Numbers = npt.NDArray[np.float64]
@@ -20,13 +20,17 @@ Indices = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
 Value = TypeVar("Value", bound=np.generic)
 
-SIGHT_SAMPLES = 20
+ROUNDING_M = 1e-6
+"""On a grid many lengths are equal: rounding errors must not tell them apart."""
+TOUCH_M = 0.002
 SAME_END_M = 0.5
 """Cuts whose ends lie as near to each other as the two faces of a wall close the same opening."""
+BACK_M = 0.06
+"""The outline may lead back so far, a cell of most maps, and still go on."""
 WALK = 6
 """Outline edges followed beyond a cut's end."""
-WEIGHTS = {"constant": -1.2, "length": -1.3, "support": 2.0, "weaker_support": -0.7, "two_corners": 0.8}
-"""How much each property of a cut speaks for a border between rooms; fitted as those of `segmentation` are."""
+WEIGHTS = {"constant": -1.87, "length": -1.12, "support": 2.08, "weaker_support": -0.4, "two_corners": 0.55}
+"""How much each property of a cut speaks for a border between rooms; fitted by `tests/real/fit_cuts.py`."""
 HOPELESS = -2.5
 """Cuts for which less speaks are not looked at: hardly any turned out to be a border."""
 
@@ -44,6 +48,31 @@ class Outline:
     at: Numbers
     perimeter: Numbers
     """Of each ring, in metres."""
+    part: Indices
+    """Which part of the floor each ring bounds."""
+
+    @property
+    def edges(self) -> Points:
+        """From each vertex to the next."""
+        return np.asarray(self.points[self.after] - self.points)
+
+    @property
+    def middle(self) -> Points:
+        return np.asarray(self.points.mean(0))
+
+    @property
+    def ring_start(self) -> Numbers:
+        """Where each ring begins if all are laid out one after the other."""
+        return np.concatenate([[0.0], np.cumsum(self.perimeter)[:-1]])
+
+    def places(self, ring: Indices, at: Numbers) -> tuple[Points, Indices]:
+        """The points so far along the rings, and the edges that they lie on, by their first vertices."""
+        begin = self.ring_start
+        along = begin[ring] + at
+        edge = np.searchsorted(begin[self.ring] + self.at, along, side="right") - 1
+        direction = self.edges[edge]
+        direction /= np.maximum(np.linalg.norm(direction, axis=-1, keepdims=True), 1e-9)
+        return self.points[edge] + (along - begin[self.ring[edge]] - self.at[edge])[..., None] * direction, edge
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +105,10 @@ class Cuts:
         along = self.along
         return np.stack([-along[:, 1], along[:, 0]], 1)
 
+    def remoteness(self, middle: Points) -> Numbers:
+        """A number that hardly two cuts have in common, the same however the map is turned or mirrored."""
+        return np.asarray(np.linalg.norm(self.a - middle, axis=1) + np.linalg.norm(self.b - middle, axis=1))
+
     def take(self, index: Indices | Flags) -> "Cuts":
         return Cuts(
             self.a[index], self.b[index], self.support[index], self.two_corners[index], self.ring[index], self.at[index]
@@ -84,7 +117,8 @@ class Cuts:
 
 def outline_of(floor: MultiPolygon, frame: GridFrame, params: Params) -> Outline:
     """`floor`, in the map frame, must not be empty."""
-    coordinates, ring_of = shapely.get_coordinates(shapely.get_rings(shapely.get_parts(floor)), return_index=True)
+    rings, part = shapely.get_rings(shapely.get_parts(floor), return_index=True)
+    coordinates, ring_of = shapely.get_coordinates(rings, return_index=True)
     # rings are closed: the last vertex is the first again
     counts = np.bincount(ring_of) - 1
     ring = np.repeat(np.arange(len(counts)), counts)
@@ -103,38 +137,42 @@ def outline_of(floor: MultiPolygon, frame: GridFrame, params: Params) -> Outline
         ring=ring,
         at=walked[:-1] - walked[offsets[:-1]][ring],
         perimeter=np.diff(walked[offsets]),
+        part=np.asarray(part, np.int64),
     )
 
 
-def possible_cuts(
-    outline: Outline, mask: Mask, clearance: npt.NDArray[np.float32], frame: GridFrame, params: Params
-) -> Cuts:
+def possible_cuts(outline: Outline, clearance: npt.NDArray[np.float32], frame: GridFrame, params: Params) -> Cuts:
     """From each corner to the nearest point of each outline edge, in sight, clear of walls at the middle.
 
-    `clearance`: (height, width), metres from each cell of `mask` to the nearest that is none.
+    `clearance`: (height, width), metres from each cell of the floor to the nearest that is none.
     """
     shortest, longest = params.divider_length_m
-    p, q = outline.points, outline.points[outline.after]
-    edge = q - p
+    p, edge = outline.points, outline.edges
     corners = np.flatnonzero(outline.corner)
-    tree = shapely.STRtree(shapely.linestrings(np.stack([p, q], 1)))
+    tree = shapely.STRtree(shapely.linestrings(np.stack([p, p + edge], 1)))
     i, j = tree.query(shapely.points(p[corners]), predicate="dwithin", distance=longest)
     corner = corners[i]
-    share = ((p[corner] - p[j]) * edge[j]).sum(1) / np.maximum((edge[j] ** 2).sum(1), 1e-9)
-    share = np.clip(share, 0, 1)
+    extent = np.maximum((edge[j] ** 2).sum(1), 1e-9)
+    share = np.clip(((p[corner] - p[j]) * edge[j]).sum(1) / extent, 0, 1)
+    near = ROUNDING_M / np.sqrt(extent)
+    share = np.where(share < near, 0.0, np.where(share > 1 - near, 1.0, share))
     a, b = p[corner], p[j] + share[:, None] * edge[j]
     length = np.linalg.norm(b - a, axis=1)
-    kept = np.flatnonzero((length > shortest) & (length < longest))
-    middle = cells_at(clearance, (a[kept] + b[kept]) / 2, frame)
-    kept = kept[middle >= params.divider_clearance * length[kept]]
-    kept = kept[_in_sight(a[kept], b[kept], mask, frame)]
+    kept = np.flatnonzero((length > shortest + ROUNDING_M) & (length < longest - ROUNDING_M))
+    middle = between_cells(clearance, (a[kept] + b[kept]) / 2, frame)
+    kept = kept[middle >= params.divider_clearance * length[kept] - ROUNDING_M]
     vertex = np.where(share == 0, j, np.where(share == 1, outline.after[j], -1))
-    # a vertex is the nearest point of both of its edges
+    # a vertex is the nearest point of both of its edges, and a cut between two corners is found from either
+    twice = (vertex >= 0) & outline.corner[vertex] & (vertex < corner)
     key = np.where(vertex >= 0, corner * len(p) + vertex, -1 - np.arange(len(corner)))
+    kept = kept[~twice[kept]]
     kept = kept[np.unique(key[kept], return_index=True)[1]]
+    way, on_edge = b[kept] - a[kept], vertex[kept] < 0
+    leads_in = _leads_in(outline, corner[kept], way, np.zeros(len(kept), np.bool_))
+    kept = kept[leads_in & _leads_in(outline, np.where(on_edge, j[kept], vertex[kept]), -way, on_edge)]
+    kept = kept[_in_sight(tree, a[kept], b[kept])]
     corner, j, vertex, a, b, share = corner[kept], j[kept], vertex[kept], a[kept], b[kept], share[kept]
     at_vertex = vertex >= 0
-    two_corners = at_vertex & outline.corner[vertex]
     along = (b - a) / length[kept, None]
     support = np.stack(
         [
@@ -152,9 +190,7 @@ def possible_cuts(
     )
     at = np.where(at_vertex, outline.at[vertex], outline.at[j] + share * np.linalg.norm(edge[j], axis=1))
     rings = np.stack([outline.ring[corner], outline.ring[j]], 1)
-    cuts = Cuts(a, b, support, two_corners, rings, np.stack([outline.at[corner], at], 1))
-    # a cut between two corners is found from either
-    return cuts.take(~two_corners | (corner < vertex))
+    return Cuts(a, b, support, at_vertex & outline.corner[vertex], rings, np.stack([outline.at[corner], at], 1))
 
 
 def cells_at(values: npt.NDArray[Value], places: Numbers, frame: GridFrame) -> npt.NDArray[Value]:
@@ -165,13 +201,36 @@ def cells_at(values: npt.NDArray[Value], places: Numbers, frame: GridFrame) -> n
     return np.asarray(values[row, column])
 
 
-def _in_sight(a: Points, b: Points, mask: Mask, frame: GridFrame) -> Flags:
-    """Whether the way from a to b (n, 2) leads over the floor; the ends themselves may be ragged."""
-    length = np.linalg.norm(b - a, axis=1)
-    margin = np.minimum(max(0.125, 2 * frame.resolution) / length, 0.45)[:, None]
-    stations = margin + np.linspace(0, 1, SIGHT_SAMPLES)[None] * (1 - 2 * margin)
-    sight = a[:, None] + stations[..., None] * (b - a)[:, None]
-    return np.asarray(cells_at(mask, sight, frame).all(1))
+def between_cells(values: npt.NDArray[np.float32], places: Numbers, frame: GridFrame) -> Numbers:
+    """`values` (height, width) of cells at places (..., 2) in metres along the grid's axes, linear between the cells' centres."""
+    column, row = (places[..., k] / frame.resolution - 0.5 for k in (0, 1))
+    left = np.clip(np.floor(column), 0, frame.width - 2).astype(np.int64)
+    below = np.clip(np.floor(row), 0, frame.height - 2).astype(np.int64)
+    right, up = np.clip(column - left, 0, 1), np.clip(row - below, 0, 1)
+    first = below * frame.width + left
+    flat = values.ravel()
+    lower = flat[first] * (1 - right) + flat[first + 1] * right
+    upper = flat[first + frame.width] * (1 - right) + flat[first + frame.width + 1] * right
+    return np.asarray(lower * (1 - up) + upper * up, np.float64)
+
+
+def _leads_in(outline: Outline, vertex: Indices, ways: Points, on_edge: Flags) -> Flags:
+    """Whether `ways` (n, 2) lead into the floor from the vertices, or from places `on_edge`, on the edges that begin there."""
+    out = outline.edges[vertex]
+    back = np.where(on_edge[:, None], -out, -outline.edges[outline.before[vertex]])
+    angle, room = (np.arctan2(_cross(out, to), (out * to).sum(1)) % (2 * np.pi) for to in (ways, back))
+    return np.asarray((angle > ROUNDING_M) & (angle < room - ROUNDING_M))
+
+
+def _cross(u: Points, v: Points) -> Numbers:
+    return np.asarray(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+
+
+def _in_sight(edges: shapely.STRtree, a: Points, b: Points) -> Flags:
+    """Whether nothing of the outline lies between a and b (n, 2)."""
+    off = TOUCH_M * (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
+    blocked, _ = edges.query(shapely.linestrings(np.stack([a + off, b - off], 1)), predicate="intersects")
+    return np.asarray(np.bincount(blocked, minlength=len(a)) == 0)
 
 
 def _support(
@@ -191,7 +250,7 @@ def _support(
             share = np.clip((slack - last[:, 1]) / np.maximum(aside - last[:, 1], 1e-9), 0, 1)
             reached = np.where(astray, last[:, 0] + share * (ahead - last[:, 0]), ahead)
             far = np.where(live, np.maximum(far, reached), far)
-            live &= ~astray & (ahead >= far - 0.05) & (far < most)
+            live &= ~astray & (ahead >= far - BACK_M) & (far < most)
             if not live.any():
                 break
             last = np.where(live[:, None], np.stack([ahead, aside], 1), last)
@@ -200,17 +259,11 @@ def _support(
     return np.minimum(best, most)
 
 
-def likely_cuts(cuts: Cuts) -> Cuts:
+def likely_cuts(cuts: Cuts, outline: Outline) -> Cuts:
     """The cuts that may well be borders, most likely first, without those that cross or repeat a likelier one."""
-    w = WEIGHTS
-    speaks_for = (
-        w["constant"]
-        + w["length"] * cuts.length
-        + w["support"] * np.minimum(cuts.support.sum(1), 2.0)
-        + w["weaker_support"] * cuts.support.min(1, initial=np.inf)
-        + w["two_corners"] * cuts.two_corners
-    )
-    order = np.argsort(-np.round(speaks_for, 6), kind="stable")
+    speaks_for = properties(cuts) @ np.array(list(WEIGHTS.values()))
+    # what is equally likely is ordered by where it lies, and not by how the map lies
+    order = np.lexsort((np.round(cuts.remoteness(outline.middle), 6), -np.round(speaks_for, 6)))
     cuts = cuts.take(order[speaks_for[order] > HOPELESS])
     rivals: list[list[int]] = [[] for _ in cuts.a]
     for better, worse in _rivals(cuts):
@@ -219,6 +272,20 @@ def likely_cuts(cuts: Cuts) -> Cuts:
     for others in rivals:
         chosen.append(not any(chosen[k] for k in others))
     return cuts.take(np.array(chosen, np.bool_))
+
+
+def properties(cuts: Cuts) -> Numbers:
+    """What speaks for a border, in the order of `WEIGHTS`: (n, 5)."""
+    return np.stack(
+        [
+            np.ones(len(cuts.a)),
+            cuts.length,
+            np.minimum(cuts.support.sum(1), 2.0),
+            cuts.support.min(1, initial=np.inf),
+            cuts.two_corners,
+        ],
+        1,
+    )
 
 
 def _rivals(cuts: Cuts) -> list[tuple[int, int]]:
@@ -244,4 +311,4 @@ def _side(p: Points, q: Points, r: Points) -> Numbers:
 
 
 def _near(p: Points, q: Points) -> Flags:
-    return np.asarray(np.linalg.norm(p - q, axis=1) < SAME_END_M)
+    return np.asarray(np.linalg.norm(p - q, axis=1) < SAME_END_M - ROUNDING_M)

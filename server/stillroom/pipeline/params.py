@@ -20,6 +20,8 @@ class Params:
     """Holes in the floor smaller than this are specks, not pillars."""
     floor_speck_m2: float = 0.5
     """Free regions smaller than this are no floor."""
+    slot_width_m: float = 0.05
+    """A gap in a wall that is no wider, or a single cell, is noise."""
     clutter_length_m: float = 1.0
     """An obstacle that stands free and is no longer than this is clutter, whatever its shape."""
     clutter_area_m2: float = 2.5

@@ -29,6 +29,8 @@ EDGE = 0.01
 """Cells."""
 BIAS_M = 1e-7
 """Coordinates halfway between two millimetres, as those of cells often are, go to the upper one and not where rounding errors send them."""
+BULGE = 0.01
+"""Cells; small beside any distance between corners."""
 MARGIN = 0.1
 """Share of an edge at both of its ends that is not fitted: corners are ragged."""
 
@@ -199,8 +201,9 @@ def _fitted(border: Corners, tolerance: float, cell: float) -> list[Polygon]:
     Straight edges on both sides of a thin wall may cross. What both claim is left to the wall, so that it still holds.
     """
     closed = np.append(border, border[:1], axis=0)
-    ring = shapely.linestrings(np.column_stack([closed, np.arange(len(closed))]))
-    at = shapely.get_coordinates(shapely.simplify(ring, tolerance, preserve_topology=False), include_z=True)[:, 2]
+    ring = shapely.linestrings(np.column_stack([_bulged(closed), np.arange(len(closed))]))
+    kept = shapely.simplify(ring, tolerance + 2 * BULGE, preserve_topology=False)
+    at = shapely.get_coordinates(kept, include_z=True)[:, 2]
     at = at.astype(np.int64)
     if len(at) < 4:
         return []
@@ -213,6 +216,16 @@ def _fitted(border: Corners, tolerance: float, cell: float) -> list[Polygon]:
     area = abs(_area(border))
     missing = abs(sum(part.area for part in parts) - area)
     return parts if missing <= 0.25 * tolerance * polygon.length + 0.2 * area else []
+
+
+def _bulged(border: Corners) -> Points:
+    """`border` (n, 2) a little blown up, by more the farther from its middle.
+
+    On a grid many corners are equally far from the chord between two others, and which of them is kept would depend on the way round.
+    """
+    from_middle = border - border.mean(0)
+    far = np.hypot(*from_middle.T)[:, None]
+    return np.asarray(border + BULGE * from_middle * far**2 / max(float(far.max()), 1.0) ** 3)
 
 
 def _fit_edges(
