@@ -25,6 +25,34 @@ def undo(service: Service, robot: RobotCaller, version: int) -> Response:
     return service.operator.request("POST", f"{robot.path()}/versions/{version}/undo")
 
 
+# -- suggested dividers --------------------------------------------------------------------------------------------
+
+
+def test_a_person_sees_more_or_fewer_rooms_before_anything_changes(service: Service, mapped: RobotCaller) -> None:
+    def suggested(sensitivity: float) -> Json:
+        answer = mapped.get(f"{mapped.path()}/edits/suggested?sensitivity={sensitivity}")
+        assert (answer.status_code, answer.headers["ETag"]) == (200, '"v1"'), answer.text
+        found: Json = answer.json()
+        return found
+
+    before = mapped.get(mapped.path()).json()
+    assert suggested(0) == {"version": 1, "operations": []}
+    fewer = suggested(-10)["operations"]
+    assert {operation["op"] for operation in fewer} == {"remove_divider"}
+    preview = service.operator.request(
+        "POST", f"{mapped.path()}/edits?dry_run=true", json={"operations": fewer}, headers={"If-Match": '"v1"'}
+    )
+    assert preview.status_code == 200, preview.text
+    assert len(features(preview.json(), "room")) < len(features(before, "room"))
+    assert mapped.get(mapped.path()).json() == before
+
+
+@pytest.mark.parametrize("sensitivity", ["11", "-11", "nan", "inf", "many"])
+def test_a_sensitivity_that_is_none_is_refused(mapped: RobotCaller, sensitivity: str) -> None:
+    answer = mapped.get(f"{mapped.path()}/edits/suggested?sensitivity={sensitivity}")
+    assert (answer.status_code, answer.headers["Content-Type"]) == (422, "application/problem+json")
+
+
 # -- merging -------------------------------------------------------------------------------------------------------
 
 

@@ -50,6 +50,18 @@ def edit_map(
     return document(made, headers={} if dry_run else etag(made.version))
 
 
+@router.get("/edits/suggested", response_model=api.SuggestedEdit, dependencies=_READ)
+def suggest_edit(
+    service: Service,
+    robot: RobotId,
+    map_name: MapName,
+    sensitivity: Annotated[float, Query(ge=-10, le=10, allow_inf_nan=False)] = 0.0,
+) -> Response:
+    """Operations that part the rooms anew, into more rooms the higher the sensitivity is; what people drew stays. Nothing is changed."""
+    found = edits.suggest_edit(service.database, robot, map_name, sensitivity)
+    return document(found, headers=etag(found.version))
+
+
 @router.post("/versions/{version}/restore", status_code=201, response_model=api.MapDocument, dependencies=_EDIT)
 def restore_version(
     service: Service, who: Caller, robot: RobotId, map_name: MapName, number: VersionNumber

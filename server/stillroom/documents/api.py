@@ -117,6 +117,13 @@ class EditPreview(EditedMap):
     made: list[MadeFeature]
 
 
+class SuggestedEdit(Document):
+    """Operations for version `version`, to be sent as an edit: as a dry run to see what they come to."""
+
+    version: int
+    operations: list[OperationDocument]
+
+
 class FixDocument(Document):
     """What would mend an edit that was refused: the operation to put at `pointer`, or to add where that is "/operations"."""
 

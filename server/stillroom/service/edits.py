@@ -15,6 +15,7 @@ from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.decisions import confirm
 from stillroom.pipeline.edits import EditResult, Operation, apply_edits
 from stillroom.pipeline.edits.rebase import rebase
+from stillroom.pipeline.edits.suggesting import suggest_dividers
 from stillroom.pipeline.edits.undo import undo
 from stillroom.service.accounts import Principal, signature
 from stillroom.service.maps import as_document, document_fields, find_in_force, find_version
@@ -28,6 +29,13 @@ UNDOABLE = ("edit", "restore")
 """Causes of versions that are taken back this way. A decision is another matter: its conflict knows of it."""
 ATTEMPTS = 5
 """How often a change is made anew because the map changed meanwhile."""
+
+
+def suggest_edit(database: Database, robot_id: str, map_name: str, sensitivity: float) -> api.SuggestedEdit:
+    """What would part the rooms of the version in force anew. Raises NotFound."""
+    _, row = find_version(database, robot_id, map_name)
+    operations = suggest_dividers(decode_map(row.document), sensitivity)
+    return api.SuggestedEdit(version=row.number, operations=[operation_document(o) for o in operations])
 
 
 def edit_map(

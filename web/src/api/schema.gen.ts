@@ -322,6 +322,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/robots/{robot}/maps/{map}/edits/suggested": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Suggest Edit
+         * @description Operations that part the rooms anew, into more rooms the higher the sensitivity is; what people drew stays. Nothing is changed.
+         */
+        get: operations["suggest_edit_api_v1_robots__robot__maps__map__edits_suggested_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/robots/{robot}/maps/{map}/missions": {
         parameters: {
             query?: never;
@@ -2440,6 +2460,16 @@ export interface components {
             ];
         };
         /**
+         * SuggestedEdit
+         * @description Operations for version `version`, to be sent as an edit: as a dry run to see what they come to.
+         */
+        SuggestedEdit: {
+            /** Operations */
+            operations: (components["schemas"]["AddDivider"] | components["schemas"]["MoveDivider"] | components["schemas"]["RemoveDivider"] | components["schemas"]["SetDividerKind"] | components["schemas"]["AcceptMetaDivider"] | components["schemas"]["RenameRoom"] | components["schemas"]["SetRoomKind"] | components["schemas"]["PinRoom"] | components["schemas"]["MergeRooms"] | components["schemas"]["AddRestriction"] | components["schemas"]["MoveRestriction"] | components["schemas"]["RemoveRestriction"] | components["schemas"]["MarkPhantom"] | components["schemas"]["RemovePhantom"])[];
+            /** Version */
+            version: number;
+        };
+        /**
          * TrackingDocument
          * @description Where the robot's SLAM saw the base version's features at the end of the mission, in whichever form it has.
          */
@@ -3303,6 +3333,40 @@ export interface operations {
                 };
                 content: {
                     "application/problem+json": components["schemas"]["RefusedEdit"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    suggest_edit_api_v1_robots__robot__maps__map__edits_suggested_get: {
+        parameters: {
+            query?: {
+                sensitivity?: number;
+            };
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SuggestedEdit"];
                 };
             };
             /** @description Any error */
