@@ -133,3 +133,23 @@ def test_what_was_found_waits_for_its_name_however_many_missions_come(
     edit(service, robot, {"op": "rename_room", "id": room, "name": "Study"})
     upload(robot, "4", "annex")
     assert shown(robot, key)["state"] == "superseded"
+
+
+# -- corrections that the robot contradicts --------------------------------------------------------------------------
+
+
+def test_a_way_that_the_robot_finds_mission_after_mission_can_be_taken_as_it_is(
+    service: Service, mapped: RobotCaller
+) -> None:
+    for mission in range(1, 7):
+        upload(mapped, str(mission), "open plan")
+    (key,) = listed(mapped, "open")
+    question = shown(mapped, key)
+    assert (question["kind"], question["cause"]) == ("connectivity", "new_passage")
+    assert [p["action"] for p in question["proposals"]] == ["meta_dividers", "take_new"]
+    assert len(features(expect(service.operator.request("GET", question["proposals"][1]["result"])), "room")) == 1
+    decide(service, mapped, key, "accept", proposal="p2")
+    assert len(features(in_force(mapped), "room")) == 1
+    again = upload(mapped, "7", "open plan")
+    assert (again["outcome"], again["conflicts"]) == ("updated", [])
+    assert len(features(in_force(mapped), "room")) == 1

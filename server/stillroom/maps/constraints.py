@@ -96,8 +96,10 @@ def rooms_are_enclosed(semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: 
     """Every edge of a room is a wall section, a divider or a meta-divider."""
     dividers = _lines(semantic_map.dividers) + _lines(semantic_map.meta.dividers)
     barriers = shapely.buffer(MultiLineString(_lines(semantic_map.walls) + dividers), TOUCH_M, quad_segs=1)
+    shapely.prepare(barriers)
     for room in semantic_map.rooms:
-        open_ = shapely.length(shapely.difference(shapely.boundary(room.polygon), barriers))
+        boundary = shapely.boundary(room.polygon)
+        open_ = 0.0 if shapely.covers(barriers, boundary) else shapely.length(shapely.difference(boundary, barriers))
         if open_ > TOUCH_M:
             constraint = "a room is enclosed by wall sections and dividers"
             yield Violation(constraint, room.id, f"{open_:.2f} m of its boundary are neither")

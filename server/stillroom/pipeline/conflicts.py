@@ -69,7 +69,7 @@ def detect_conflicts(
         found += _lost_dividers(best, named)
         found += _shapes(best, params, named)
         found += _unplaced(previous, candidate, named)
-        found += _contradicted(best, params, named)
+        found += _contradicted(first, best, params, named)
         found += [_drift(drift, candidate, named) for drift in find_drift(candidate.rooms, params)]
     return tuple(found)
 
@@ -144,12 +144,10 @@ def kept(ids: Sequence[str], cause: Cause, would: bool = False) -> str:
 
 def _together(first: Attempt) -> list[list[RoomScore]]:
     """Failed rooms by the room of the candidate that has their space now."""
-    transfer = first.transfer
-    common = overlaps([r.polygon for r in transfer.tracked.rooms], [r.polygon for r in transfer.candidate.rooms])
+    common = overlaps([r.polygon for r in first.failed_rooms()], [r.polygon for r in first.transfer.candidate.rooms])
     groups: dict[int, list[RoomScore]] = {}
-    for i, score in enumerate(first.scores):
-        if not score.passed:
-            groups.setdefault(int(common[i].argmax()) if common[i].any() else -1 - i, []).append(score)
+    for i, score in enumerate(score for score in first.scores if not score.passed):
+        groups.setdefault(int(common[i].argmax()) if common[i].any() else -1 - i, []).append(score)
     return list(groups.values())
 
 
@@ -171,16 +169,11 @@ def _proposals(
     previous: SemanticMap, first: Attempt, best: Attempt, taken: bool, params: Params
 ) -> tuple[Proposal, ...]:
     """The maps that there could be, the one that the service would choose first."""
-    choices: list[tuple[Action, SemanticMap]] = []
     candidate = best.transfer.candidate
+    as_it_is: tuple[Action, SemanticMap | None] = ("keep_previous", None if taken else previous)
     if taken and candidate.meta.corrects:
-        choices.append(("meta_dividers" if candidate.meta.dividers else "meta_occupancy", candidate))
-    elif not taken:
-        choices.append(("keep_previous", previous))
-    as_sensed = first.transfer.candidate
-    if not violations(as_sensed, first.transfer.grid, params.wall_reach_m):
-        choices.append(("take_new", as_sensed))
-    return tuple(Proposal(f"p{k}", action, k == 1, m) for k, (action, m) in enumerate(choices, 1))
+        as_it_is = ("meta_dividers" if candidate.meta.dividers else "meta_occupancy", candidate)
+    return _choices(as_it_is, ("take_new", first.transfer.candidate if _holds(first, params) else None))
 
 
 def _lost_dividers(best: Attempt, named: Naming) -> list[Conflict]:
@@ -230,9 +223,13 @@ def _unplaced(previous: SemanticMap, candidate: SemanticMap, named: Naming) -> l
     ]
 
 
-def _contradicted(best: Attempt, params: Params, named: Naming) -> list[Conflict]:
-    """Corrections that mission after mission contradicts: a way that is really there. One question for all between the same rooms."""
+def _contradicted(first: Attempt, best: Attempt, params: Params, named: Naming) -> list[Conflict]:
+    """Corrections that mission after mission contradicts: a way that is really there. One question for all between the same rooms.
+
+    They can be accepted as they are, or the map as it was sensed.
+    """
     candidate, grid = best.transfer.candidate, best.transfer.grid
+    as_sensed = first.transfer.candidate if _holds(first, params) else None
     often = [d for d in candidate.meta.dividers if d.contradicted >= params.contradicted_missions]
     conflicts = []
     for rooms in sorted({d.rooms for d in often}):
@@ -242,18 +239,25 @@ def _contradicted(best: Attempt, params: Params, named: Naming) -> list[Conflict
             dividers=(*candidate.dividers, *(Divider(d.id, d.line, made_by="user", rooms=rooms) for d in between)),
             meta=replace(candidate.meta, dividers=tuple(d for d in candidate.meta.dividers if d not in between)),
         )
-        proposals = () if violations(accepted, grid, params.wall_reach_m) else _one("meta_dividers", accepted)
+        valid = not violations(accepted, grid, params.wall_reach_m)
+        proposals = _choices(("meta_dividers", accepted if valid else None), ("take_new", as_sensed))
         conflicts.append(_question([d.id for d in between], rooms, between[0].since, proposals, best, named))
     for section in candidate.meta.occupancy:
         if section.contradicted >= params.contradicted_missions:
             beside = [r.id for r in candidate.rooms if r.polygon.distance(section.polygon) < 2 * grid.frame.resolution]
-            proposals = _one("meta_occupancy", candidate)
+            proposals = _choices(("meta_occupancy", candidate), ("take_new", as_sensed))
             conflicts.append(_question([section.id], beside, section.since, proposals, best, named))
     return conflicts
 
 
-def _one(action: Action, m: SemanticMap) -> tuple[Proposal, ...]:
-    return (Proposal("p1", action, True, m),)
+def _holds(attempt: Attempt, params: Params) -> bool:
+    return not violations(attempt.transfer.candidate, attempt.transfer.grid, params.wall_reach_m)
+
+
+def _choices(*choices: tuple[Action, SemanticMap | None]) -> tuple[Proposal, ...]:
+    """Proposals of the maps that there are, the first one recommended."""
+    there = [(action, m) for action, m in choices if m is not None]
+    return tuple(Proposal(f"p{k}", action, k == 1, m) for k, (action, m) in enumerate(there, 1))
 
 
 def _question(

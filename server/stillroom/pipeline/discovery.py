@@ -82,7 +82,10 @@ def new_floor(transfer: Transfer, params: Params) -> list[Polygon]:
     """The parts of the floor that no tracked room covered, too wide to be jitter."""
     frame = transfer.grid.frame
     beyond = transfer.obstacles.floor & ~filled([room.polygon for room in transfer.tracked.rooms], frame)
-    if beyond.sum() * frame.resolution**2 < params.growth_area_m2:
+    narrow = cv2.erode(
+        beyond.view(np.uint8), np.ones((3, 3), np.uint8), iterations=int(JITTER_M / 2 / frame.resolution)
+    )
+    if beyond.sum() * frame.resolution**2 < params.growth_area_m2 or not narrow.any():
         return []
     known = shapely.union_all([room.polygon for room in transfer.tracked.rooms])
     beyond_known = shapely.difference(transfer.floor, shapely.buffer(known, JITTER_M))

@@ -200,13 +200,14 @@ def rejoin(attempt: Attempt, retry: Retry, params: Params) -> Attempt:
 
 def cut_off(attempt: Attempt, params: Params) -> frozenset[str]:
     """Rooms of which a part that is wide enough to be no jitter is in no room any more, or in a new one."""
-    known = {room.id for room in attempt.transfer.tracked.rooms}
-    still = shapely.union_all([room.polygon for room in attempt.transfer.candidate.rooms if room.id in known])
-    lost = shapely.difference([room.polygon for room in attempt.transfer.tracked.rooms], still)
+    before = {room.id: room for room in attempt.transfer.tracked.rooms}
+    less = [before[s.id] for s in attempt.scores if (1 - s.recall) * before[s.id].polygon.area > CUT_OFF_M2]
+    if not less:
+        return frozenset()
+    still = shapely.union_all([room.polygon for room in attempt.transfer.candidate.rooms if room.id in before])
+    lost = shapely.difference([room.polygon for room in less], still)
     parts = shapely.area(shapely.buffer(lost, -params.wall_classification_m))
-    return frozenset(
-        room.id for room, part in zip(attempt.transfer.tracked.rooms, parts.tolist(), strict=True) if part > CUT_OFF_M2
-    )
+    return frozenset(room.id for room, part in zip(less, parts.tolist(), strict=True) if part > CUT_OFF_M2)
 
 
 def _extent(polygon: Polygon) -> float:

@@ -9,7 +9,6 @@ from shapely import LineString
 from stillroom.maps.geometry import polygons_in
 from stillroom.maps.semantics import Room, SemanticMap
 from stillroom.pipeline.params import Params
-from stillroom.pipeline.rooms import overlaps
 
 EDGE_M = 0.05
 FRONTIER_M = 0.5
@@ -38,15 +37,13 @@ def score_rooms(
 
     Exactly `params.room_overlap` fails. A room that this mission did not visit has to keep its shape as well.
     """
-    there = {room.id: i for i, room in enumerate(candidate.rooms)}
-    common = overlaps([room.polygon for room in tracked.rooms], [room.polygon for room in candidate.rooms])
     scores = []
-    for i, room in enumerate(tracked.rooms):
-        j = there.get(room.id)
-        overlap = float(common[i, j]) if j is not None else 0.0
-        precision = overlap / candidate.rooms[j].polygon.area if j is not None else 0.0
-        if j is not None and precision <= params.room_overlap:
-            precision = overlap / (candidate.rooms[j].polygon.area - explored_m2(room, candidate.rooms[j], tracked))
+    for room in tracked.rooms:
+        now = candidate.room(room.id)
+        overlap = 0.0 if now is None else shapely.intersection(room.polygon, now.polygon).area
+        precision = 0.0 if now is None else overlap / now.polygon.area
+        if now is not None and precision <= params.room_overlap:
+            precision = overlap / (now.polygon.area - explored_m2(room, now, tracked))
         recall = overlap / room.polygon.area
         seen = room.id in visited
         passed = precision > params.room_overlap and recall > params.room_overlap

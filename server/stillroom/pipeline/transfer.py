@@ -18,7 +18,7 @@ from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap, Wall
 from stillroom.pipeline.anchor import carry_anchors
 from stillroom.pipeline.dividers import Adrift, attach, attach_path, centre
-from stillroom.pipeline.obstacles import SUBPIXEL, classify_obstacles, corrected, drawn, is_shut
+from stillroom.pipeline.obstacles import SUBPIXEL, classify_obstacles, corrected, drawn, filled, is_shut
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.phantoms import carry_phantoms, without_phantoms
 from stillroom.pipeline.rooms import absorb, new_rooms, overlaps, partition, rooms_beside
@@ -145,28 +145,30 @@ def transfer_semantics(
 
 def _worth(floor: MultiPolygon, tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> MultiPolygon:
     """The parts of the floor that were rooms, or are large enough and enclosed enough to become one."""
-    parts = polygons_in(floor)
-    known = overlaps(parts, [room.polygon for room in tracked.rooms]).sum(1)
-    return MultiPolygon(
-        [
-            part
-            for part, before in zip(parts, known.tolist(), strict=True)
-            if before >= NEW_SHARE * part.area
-            or (part.area >= params.room_area_m2 and enclosure(part, tracked, grid, params) >= params.room_enclosure)
-        ]
-    )
+    rooms = filled([room.polygon for room in tracked.rooms], grid.frame)
+
+    def is_known(part: Polygon) -> bool:
+        cells = filled([part], grid.frame)
+        return bool((cells & rooms).sum() >= NEW_SHARE * cells.sum())
+
+    def is_room(part: Polygon) -> bool:
+        return part.area >= params.room_area_m2 and enclosure(part, tracked, grid, params) >= params.room_enclosure
+
+    return MultiPolygon([part for part in polygons_in(floor) if is_known(part) or is_room(part)])
 
 
 def _remembered(walls: Sequence[Wall], tracked: SemanticMap, params: Params) -> tuple[Wall, ...]:
     """Walls of which the open ones that were walls before are told apart: the mission did not look there."""
-    before = shapely.MultiLineString([wall.line for wall in tracked.walls if wall.kind != "open"])
-    band = shapely.buffer(before, params.wall_reach_m, cap_style="flat", quad_segs=2)
-    lines = [shapely.LineString(wall.line) for wall in walls]
-    shares = shapely.length(shapely.intersection(lines, band)) / np.maximum(shapely.length(lines), 1e-9)
-    return tuple(
-        replace(wall, kind="unseen") if wall.kind == "open" and share > SEEN_SHARE else wall
-        for wall, share in zip(walls, shares.tolist(), strict=True)
-    )
+    open_ = shapely.MultiLineString([wall.line for wall in walls if wall.kind == "open"])
+    before = [shapely.LineString(wall.line) for wall in tracked.walls if wall.kind != "open"]
+    near = [line for line in before if shapely.dwithin(line, open_, params.wall_reach_m)]
+    band = shapely.buffer(shapely.MultiLineString(near), params.wall_reach_m, cap_style="flat", quad_segs=2)
+
+    def is_unseen(wall: Wall) -> bool:
+        line = shapely.LineString(wall.line)
+        return bool(shapely.intersection(line, band).length > SEEN_SHARE * line.length)
+
+    return tuple(replace(wall, kind="unseen") if wall.kind == "open" and is_unseen(wall) else wall for wall in walls)
 
 
 def enclosure(region: Polygon, tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> float:

@@ -131,7 +131,10 @@ def _accepted(means: Means, asked: Asked, proposal: ProposalRow) -> Plan:
         return Plan(confirm(current, rooms), here) if takes_new else _joined(asked, None)
     if is_door(asked.conflict) and asked.was_taken:
         return Plan(confirm(make_doors(current, asked.conflict.dividers), rooms), here)
-    if proposal.action == "keep_previous" or (takes_new and asked.was_taken and not asked.conflict.resolved):
+    contradicted = asked.conflict.kind == "connectivity" and asked.was_taken
+    if proposal.action == "keep_previous" or (
+        takes_new and asked.was_taken and not (asked.conflict.resolved or contradicted)
+    ):
         return Plan(confirm(current, rooms), here)
     if not asked.was_taken:
         return _brought_into_force(means, asked, proposal)
