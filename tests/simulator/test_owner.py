@@ -49,6 +49,12 @@ def test_a_divider_that_lies_askew_in_a_doorway_is_moved() -> None:
     assert operation == {"op": "move_divider", "id": "d1", "line": [[4.05, 1.0], [4.05, 2.0]]}
 
 
+def test_a_divider_that_only_ends_beside_a_doorway_stays_where_it_is() -> None:
+    other = ("d1", "divider", LineString([(4.05, 2.1), (8.1, 2.1)]), {"rooms": ["r1", "r2"]})
+    (operation,) = part(DOOR, STRAIGHT, SHAPES, 0.0, document(room("r1", box(0, 0, 8.1, 4)), other))
+    assert operation == {"op": "add_divider", "line": [[4.05, 1.0], [4.05, 2.0]], "kind": "door"}
+
+
 def test_a_divider_is_drawn_longer_where_the_walls_beside_the_doorway_are_missing() -> None:
     merged = document(room("r1", box(0, 0, 8.1, 4)))
     tried: list[Any] = []

@@ -14,8 +14,8 @@ from stillroom.simulator.homes import Door, Home, carried
 
 _COMMON_M2 = 0.8
 """A served room is common to two true ones where it covers more than this of each."""
-_ASKEW_M = 0.3
-"""A divider this near to a doorway is meant for it."""
+_ASKEW_M = 0.5
+"""A divider whose middle is this near to a doorway's is meant for it."""
 _SCRAP_M2 = 0.5
 _WITHIN = 0.6
 """It is a part of a true room where more than this share of it lies there."""
@@ -71,8 +71,9 @@ def part(door: Door, distortion: Distortion, shapes: Shapes, longer_m: float, do
     ends = as_points(door.line)
     along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
     line = np.round(distortion.apply(ends + longer_m * np.stack([-along, along])), 4).tolist()
-    near = min(_dividers(document).items(), key=lambda item: item[1].distance(LineString(line)), default=None)
-    if near is not None and near[1].distance(LineString(line)) < _ASKEW_M:
+    middle = LineString(line).centroid
+    near = min(_dividers(document).items(), key=lambda item: item[1].centroid.distance(middle), default=None)
+    if near is not None and near[1].centroid.distance(middle) < _ASKEW_M:
         return [{"op": "move_divider", "id": near[0], "line": line}]
     return [{"op": "add_divider", "line": line, "kind": "door" if door.kind == "door" else "open"}]
 
