@@ -32,7 +32,7 @@ from tests.household import MAP, ROBOT, UPSTAIRS, Household
 
 Json = dict[str, Any]
 Open = Callable[[], tuple[Database, GridStore]]
-WALKS, STEPS = 12, 20
+WALKS, STEPS = 10, 16
 ME, ANOTHER = Operator(), Owner("ann@example.org")
 REFUSALS = (InvalidInput, ProposalOutdated)
 CHANGES = (
@@ -53,9 +53,10 @@ class Walk(RuleBasedStateMachine):
         super().__init__()
         self.home = Household(*opened())
 
-    @initialize()
-    def begin(self) -> None:
+    @initialize(setting=st.sampled_from(["automatic", "ask_first"]))
+    def begin(self, setting: str) -> None:
         self._mission("none", tracked=False)
+        self._set(setting)
 
     @rule(
         what=st.sampled_from(HAPPENS),
@@ -99,7 +100,10 @@ class Walk(RuleBasedStateMachine):
                 self._question(what, change, tracked, response, i, j, x)
 
     def _question(self, what: str, change: str, tracked: bool, response: str, i: int, j: int, x: float) -> None:
-        standing = [asked for asked in self.home.conflicts() if asked.decided_by is None]
+        for provoking in (change, "open plan", "annex"):
+            if not self._standing():  # most missions ask nothing
+                self._mission(provoking, tracked)
+        standing = self._standing()
         if not standing:
             return
         asked = standing[i % len(standing)]
@@ -123,6 +127,9 @@ class Walk(RuleBasedStateMachine):
                 everything = DecisionRequest.model_validate({"response": response})
                 decisions.decide_all(self.home.means, ME, ROBOT, MAP, everything)
                 self.home.look(most=len(standing))
+
+    def _standing(self) -> list[ConflictDocument]:
+        return [asked for asked in self.home.conflicts() if asked.decided_by is None]
 
     # -- missions ---------------------------------------------------------------------------------------------------
 
@@ -150,11 +157,12 @@ class Walk(RuleBasedStateMachine):
 
     def _place(self, i: int, floor: str) -> None:
         """Which is answered again in the same way, and not in another."""
+        self._mission("other floor", tracked=False)
         with self.home.database.read() as tx:
             parked = [
                 row for row in missions.page(tx, 1, "parked", None, 1000) if not missions.placements(tx, [row.id])
             ]
-        if not parked:
+        if not parked:  # such a mission was taken for this floor, as a person had said
             return
         key = parked[i % len(parked)].key
         first = place(self.home.database, ME, ROBOT, MAP, key, floor)
