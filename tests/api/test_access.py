@@ -29,6 +29,7 @@ OWN = {
     ("PUT", f"{MAP}/pin"): "edit",
     ("DELETE", f"{MAP}/pin"): "edit",
     ("POST", f"{MAP}/edits"): "edit",
+    ("GET", f"{MAP}/edits/suggested"): "read",
     ("GET", f"{MAP}/rooms/r1"): "read",
     ("GET", f"{MAP}/segments"): "read",
     ("PUT", f"{MAP}/missions/1"): "upload",

@@ -2,7 +2,7 @@
 
 Three kinds of buildings: the ten plans, bare and furnished; homes whose rooms robot and owner settled on; simulated homes, of seeds that no
 benchmark uses. Prints the scores of each real building with weights from all others (both variants of a plan and all maps of a home are
-left out together), then the weights from all. `l10su_3031_giant` is left out: its segments are strips across the halls of a department store.
+left out together), then the weights from all. `l10su_3031_giant` is left out: its segments are strips across open halls.
 """
 
 import sys

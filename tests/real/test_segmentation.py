@@ -73,6 +73,17 @@ def test_unexplored_cells_around_a_home_change_nothing(home: str) -> None:
     assert_same(rooms_of(OccupancyGrid(frame, cells)), expected)
 
 
+@pytest.mark.parametrize("quarters", [0, 1, 2, 3])
+@pytest.mark.parametrize("name", ["lab_a_scan", "Freiburg79_scan"])
+def test_a_plan_has_the_same_rooms_mirrored_and_turned(name: str, quarters: int) -> None:
+    grid, _ = plan(name, "_furnitures")
+    cells = np.rot90(grid.cells[:, ::-1], quarters)
+    frame = GridFrame(grid.frame.resolution, cells.shape[1], cells.shape[0])
+    found, expected = rooms_of(OccupancyGrid(frame, np.ascontiguousarray(cells))), rooms_of(grid)
+    areas = [sorted(polygon.area for polygon in rooms) for rooms in (found, expected)]
+    assert areas[0] == pytest.approx(areas[1], rel=0.02)
+
+
 @pytest.mark.parametrize("home", SOME_HOMES)
 def test_cells_of_half_the_size_change_nothing(home: str) -> None:
     grid, expected = cells_of(home)

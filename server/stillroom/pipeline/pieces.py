@@ -104,9 +104,10 @@ def part_floor(outline: Outline, possible: Cuts, clearance: npt.NDArray[np.float
 
 def clearance_of(mask: Mask, frame: GridFrame) -> npt.NDArray[np.float32]:
     """Metres from each cell's centre to the border of the nearest cell off the floor; beyond the grid is none either."""
-    padded = np.pad(mask, 1).view(np.uint8)
+    padded = cv2.copyMakeBorder(mask.view(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
     distance = np.asarray(cv2.distanceTransform(padded, cv2.DIST_L2, 5), np.float32)[1:-1, 1:-1]
-    return np.asarray(np.maximum(distance - 0.5, 0) * np.float32(frame.resolution), np.float32)
+    clearance = (distance - np.float32(0.5)) * np.float32(frame.resolution)
+    return np.asarray(np.maximum(clearance, np.float32(0)), np.float32)
 
 
 def _half_disc(cuts: Cuts, towards: Points) -> Numbers:

@@ -63,7 +63,7 @@ def separate_clutter(grid: OccupancyGrid, params: Params) -> Obstacles:
 def _drop_specks(mask: Mask, cells: float) -> Mask:
     """`mask` without its 4-connected components of fewer than `cells` cells."""
     count, labels = cv2.connectedComponents(np.ascontiguousarray(mask).view(np.uint8), connectivity=4)
-    keep = np.bincount(labels.ravel(), minlength=count) >= cells
+    keep = np.bincount(labels[mask], minlength=count) >= cells
     keep[0] = False
     return np.asarray(np.take(keep, np.asarray(labels, np.int32)))
 
