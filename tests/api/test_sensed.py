@@ -57,3 +57,25 @@ def test_another_s_is_not_shown(mapped: RobotCaller, service: Service, core: Cor
     stranger = service.add_robot("RB-2", owner="ann@example.org")
     assert stranger.get(f"{mapped.path()}/conflicts/c1/sensed").status_code == 403
     assert mapped.get(f"{mapped.path()}/conflicts/c2/sensed").status_code == 404
+
+
+def test_where_a_room_that_drifted_was_when_somebody_last_confirmed_it_is_told(
+    mapped: RobotCaller, service: Service, core: Core
+) -> None:
+    before = service.operator.get(mapped.path()).json()
+    outlines = {f["id"]: f["geometry"]["coordinates"][0] for f in before["features"]}
+
+    def slid(previous: SemanticMap, mission: Mission, update: MapUpdate) -> MapUpdate:
+        """Taken all the same, and asked about."""
+        (asked,) = rejected("c1", kind="drift", rooms=("r1",))(previous, mission, update).conflicts
+        return replace(update, conflicts=(asked,))
+
+    core.planned["1"] = slid
+    send(mapped, "1", home(shift=(2, 0)), base_version=1, tracking={"transform": [0.1, 0.0, 0.0]})
+    found = expect(mapped.get(f"{mapped.path()}/conflicts/c1/sensed"))
+    (place,) = found["confirmed"]
+    assert place["room"] == "r1"
+    assert place["geometry"]["coordinates"][0] == pytest.approx(np.add(outlines["r1"], (0.1, 0.0)), abs=0.02)
+    core.planned["2"] = rejected("c2")
+    send(mapped, "2")
+    assert expect(mapped.get(f"{mapped.path()}/conflicts/c2/sensed"))["confirmed"] == []

@@ -88,6 +88,11 @@ class DifferenceDocument(Document):
     geometry: Polygon
 
 
+class ConfirmedDocument(Document):
+    room: str
+    geometry: Polygon
+
+
 class SensedDocument(Document):
     """What the robot saw in the mission that met a conflict, in that mission's frame."""
 
@@ -108,6 +113,8 @@ class SensedDocument(Document):
     """The same from the frame of the version in force."""
     differences: list[DifferenceDocument]
     """Against the grid under `base_version`, the largest first; none where `moved` is null."""
+    confirmed: list[ConfirmedDocument]
+    """Where the rooms of a drift were when somebody last confirmed them; none for other kinds."""
 
 
 class DecisionRequest(BaseModel):

@@ -3,8 +3,9 @@
 from functools import partial
 
 import numpy as np
+import shapely
 
-from stillroom.documents.conflicts import DifferenceDocument, SensedDocument
+from stillroom.documents.conflicts import ConfirmedDocument, DifferenceDocument, SensedDocument
 from stillroom.documents.features import frame
 from stillroom.documents.geojson import Polygon
 from stillroom.documents.grids import read_grid
@@ -21,7 +22,7 @@ from stillroom.service.steps import frame_step
 from stillroom.store import maps, missions
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
-from stillroom.store.rows import VersionRow
+from stillroom.store.rows import ConflictRow, VersionRow
 
 
 def sensed(database: Database, grids: GridStore, robot_id: str, map_name: str, key: str) -> SensedDocument:
@@ -33,24 +34,39 @@ def sensed(database: Database, grids: GridStore, robot_id: str, map_name: str, k
         head = None if of.head is None else maps.version_at(tx, of.id, of.head)
         assert before is not None
         assert head is not None
+        after = maps.version_at(tx, of.id, mission.version) if mission.version is not None else None
         back = motion_between(partial(frame_step, tx, of.id), head.number, before.number)
     grid = read_grid(grids.get(mission.grid), stored_meta(mission.meta).reading())
     motion = decode_motion(row.motion)
     moved = None if motion is None else _rigid(before, motion)
     known = read_grid(grids.get(before.grid), reading_of(database, of, before))
+    taken = row.resolved or mission.version != row.base_version
     url = f"{map_url(of)}/missions/{mission.key}"
     return SensedDocument(
         mission=mission.key,
         base_version=before.number,
         version=head.number,
-        taken=row.resolved or mission.version != row.base_version,
+        taken=taken,
         frame=frame(grid.frame),
         grid=f"{url}/grid.png",
         cells=f"{url}/cells.png",
         moved=None if moved is None else _numbers(moved),
         moved_now=None if motion is None or back is None else _numbers(_rigid(head, motion.after(back))),
         differences=[] if moved is None else _differences(known, moved, grid),
+        confirmed=_confirmed(row, after, Pose()) if taken else _confirmed(row, before, moved),
     )
+
+
+def _confirmed(conflict: ConflictRow, of: VersionRow | None, moved: Pose | None) -> list[ConfirmedDocument]:
+    """The anchors of the rooms that drifted, as a version has them; `moved` takes its frame to the mission's."""
+    if conflict.kind != "drift" or of is None or moved is None:
+        return []
+    drifted = {room["id"] for room in conflict.rooms}
+    return [
+        ConfirmedDocument(room=room.id, geometry=_polygon(shapely.transform(room.anchor, moved.apply)))
+        for room in decode_map(of.document).rooms
+        if room.id in drifted and room.anchor is not None
+    ]
 
 
 def _differences(before: OccupancyGrid, moved: Pose, now: OccupancyGrid) -> list[DifferenceDocument]:
@@ -58,10 +74,14 @@ def _differences(before: OccupancyGrid, moved: Pose, now: OccupancyGrid) -> list
         DifferenceDocument(
             change=found.change,
             area=round(found.polygon.area, 2),
-            geometry=Polygon(coordinates=[np.round(ring, 3).tolist() for ring in rings(found.polygon)]),
+            geometry=_polygon(found.polygon),
         )
         for found in differences(before, moved, now)
     ]
+
+
+def _polygon(shape: shapely.Polygon) -> Polygon:
+    return Polygon(coordinates=[np.round(ring, 3).tolist() for ring in rings(shape)])
 
 
 def _rigid(of: VersionRow, motion: Motion) -> Pose:

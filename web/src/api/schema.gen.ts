@@ -1006,6 +1006,12 @@ export interface components {
              */
             semantic: "clutter";
         };
+        /** ConfirmedDocument */
+        ConfirmedDocument: {
+            geometry: components["schemas"]["Polygon"];
+            /** Room */
+            room: string;
+        };
         /** ConflictDocument */
         ConflictDocument: {
             /** Base Version */
@@ -2349,6 +2355,8 @@ export interface components {
             base_version: number;
             /** Cells */
             cells: string;
+            /** Confirmed */
+            confirmed: components["schemas"]["ConfirmedDocument"][];
             /** Differences */
             differences: components["schemas"]["DifferenceDocument"][];
             frame: components["schemas"]["Frame"];
