@@ -10,7 +10,7 @@ from stillroom.maps.geometry import as_points
 from stillroom.simulator.client import Refused
 from stillroom.simulator.distortion import Distortion
 from stillroom.simulator.homes import Door, Home, TrueRoom, box
-from stillroom.simulator.owner import drop_scraps, join, name_rooms, part, tidy_up
+from stillroom.simulator.owner import drop_scraps, join, name_rooms, not_a_place, part, tidy_up
 from stillroom.simulator.plans import thick_line
 
 STRAIGHT = Distortion(np.zeros((1, 2)), np.zeros((1, 2)), np.zeros(1))
@@ -53,6 +53,15 @@ def test_a_divider_that_only_ends_beside_a_doorway_stays_where_it_is() -> None:
     other = ("d1", "divider", LineString([(4.05, 2.1), (8.1, 2.1)]), {"rooms": ["r1", "r2"]})
     (operation,) = part(DOOR, STRAIGHT, SHAPES, 0.0, document(room("r1", box(0, 0, 8.1, 4)), other))
     assert operation == {"op": "add_divider", "line": [[4.05, 1.0], [4.05, 2.0]], "kind": "door"}
+
+
+def test_what_a_room_has_of_the_outside_behind_a_window_is_no_real_place() -> None:
+    view = MultiPolygon([box(2, 4, 3, 9)])
+    reaches_out = shapely.union(SHAPES["Kitchen"], box(2, 4, 3, 6))
+    (operation,) = not_a_place(view, document(room("r1", reaches_out), room("r2", SHAPES["Office"])))
+    assert operation["op"] == "mark_phantom"
+    assert shapely.symmetric_difference(Polygon(operation["shape"]), box(2, 4, 3, 6)).area < 0.01
+    assert not_a_place(view, document(room("r1", SHAPES["Kitchen"]))) == []
 
 
 def test_a_divider_is_drawn_longer_where_the_walls_beside_the_doorway_are_missing() -> None:

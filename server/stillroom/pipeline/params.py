@@ -96,8 +96,8 @@ class Params:
     # -- discovery --
     growth_area_m2: float = 0.3
     """New floor beyond all rooms that is looked at."""
-    furniture_area_m2: float = 4.0
-    """A piece of furniture covers no more than this: a large bed,"""
+    furniture_area_m2: float = 5.0
+    """Furniture covers no more than this in one place: a large bed with a wardrobe beside it,"""
     door_width_m: float = 0.5
     """and no door is narrower."""
     room_enclosure: float = 0.5
@@ -129,7 +129,7 @@ class Params:
     """Where less is, a grid with less of its floor in known rooms than this shows another floor."""
     plausible_agreement: float = 0.5
     """A grid whose walls agree less than this with the previous map's shows another floor; with all furniture moved it is 0.6 and more."""
-    plausible_twice: float = 0.12
+    plausible_twice: float = 0.10
     """A grid that has so much of the walls twice is wrecked. On 118 pairs of real maps of one place chance gave 0.07 at most."""
 
 

@@ -31,6 +31,8 @@ ROOM_SIDE_M = 0.20
 """A wall's own side is free so far away from it."""
 COPY_M = 0.10
 """A wall is there a second time where new obstacles lie within this distance of its copy."""
+COPY_ACROSS = 1 / 3
+"""So much of a copy lies where floor was."""
 FEWEST_WALLS = 3
 WALL_TURN_DEG, WALL_APART_M, WALL_M = 30.0, 0.5, 0.8
 """What counts as one wall: nearly the same direction and place, and so long."""
@@ -87,7 +89,7 @@ def plausibility(tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> P
     new = faces_of_obstacles(grid) & ~known_cells(tracked, grid.frame)
     twice = 0.0
     if float(new.sum()) * grid.frame.resolution >= params.plausible_twice * in_sight_m:
-        twice = _copied(samples.where(seen), grid, new)
+        twice = _copied(samples.where(seen), grid, new, floor)
     return Plausibility(
         floor_known=floor_known,
         in_sight_m=in_sight_m,
@@ -97,17 +99,18 @@ def plausibility(tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> P
     )
 
 
-def _copied(samples: WallSamples, grid: OccupancyGrid, new: Mask) -> float:
+def _copied(samples: WallSamples, grid: OccupancyGrid, new: Mask, floor: Mask) -> float:
     """The largest share of the walls that new obstacles repeat under one rigid motion, near the walls themselves."""
     near = grown(new, COPY_M, grid.frame)
     ranked = sorted(_motions(samples.points, grid.frame, new), key=lambda entry: -entry[0])
-    return max(_repeated(samples, pose, grid, near) for _, pose in ranked[:CANDIDATES])
+    return max(_repeated(samples, pose, grid, near, floor) for _, pose in ranked[:CANDIDATES])
 
 
-def _repeated(samples: WallSamples, pose: Pose, grid: OccupancyGrid, near: Mask) -> float:
+def _repeated(samples: WallSamples, pose: Pose, grid: OccupancyGrid, near: Mask, floor: Mask) -> float:
     """The share of wall samples that a motion brings onto `near`, with the floor on their own side.
 
-    A wall that goes on straight is no copy of itself, and one wall that has a parallel now is a new corridor: several walls make a copy.
+    A wall that goes on straight is no copy of itself, and one wall that has a parallel now is a new corridor: several walls make a copy. A
+    copy of a room lies across the room; what lies around the known `floor` are the walls of rooms that are new.
     """
     moved = samples.moved(pose)
     shift = moved.points - samples.points
@@ -116,7 +119,9 @@ def _repeated(samples: WallSamples, pose: Pose, grid: OccupancyGrid, near: Mask)
     hit &= look_up(near, grid.frame.to_cells(moved.points), False)
     beside = grid.frame.to_cells(moved.points - ROOM_SIDE_M * moved.normals)
     hit &= look_up(grid.free, beside, False)
-    return float(hit.mean()) if _walls_in(samples.where(hit)) >= FEWEST_WALLS else 0.0
+    across = look_up(floor, grid.frame.to_cells(moved.points), False)[hit]
+    is_copy = _walls_in(samples.where(hit)) >= FEWEST_WALLS and across.mean() >= COPY_ACROSS
+    return float(hit.mean()) if is_copy else 0.0
 
 
 def _walls_in(samples: WallSamples) -> int:

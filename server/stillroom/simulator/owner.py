@@ -1,4 +1,4 @@
-"""What the owner of a simulated home does in the app when rooms are new: parts and joins them, and names them."""
+"""What the owner of a simulated home does in the app when rooms are new: parts and joins them, says what is no room, and names them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -39,6 +39,8 @@ def tidy_up(edit: Edit, home: Home, distortion: Distortion) -> tuple[str, ...]:
     steps: list[list[Step]] = [
         [partial(part, door, distortion, shapes, more) for more in _LONGER_M] for door in home.doors
     ]
+    views = [carried(view, distortion.apply) for window in home.windows for view in window.view.geoms]
+    steps += [[partial(not_a_place, view)] for view in views]
     steps += [[partial(join, name, shapes)] for name in shapes]
     steps += [[drop_scraps], [partial(name_rooms, shapes)], [drop_scraps]]
     return tuple(refusal for attempts in steps if (refusal := _try(edit, attempts)) is not None)
@@ -76,6 +78,13 @@ def part(door: Door, distortion: Distortion, shapes: Shapes, longer_m: float, do
     if near is not None and near[1].centroid.distance(middle) < _ASKEW_M:
         return [{"op": "move_divider", "id": near[0], "line": line}]
     return [{"op": "add_divider", "line": line, "kind": "door" if door.kind == "door" else "open"}]
+
+
+def not_a_place(view: shapely.Geometry, document: Json) -> list[Json]:
+    """What a served room has of the outside that is seen through a window, marked as no real place."""
+    outside = [shapely.intersection(room, view).convex_hull for room in served_rooms(document).values()]
+    rings = [np.round(shapely.get_coordinates(part)[:-1], 4).tolist() for part in outside if part.area > _SCRAP_M2]
+    return [{"op": "mark_phantom", "shape": ring} for ring in rings]
 
 
 def join(name: str, shapes: Shapes, document: Json) -> list[Json]:
