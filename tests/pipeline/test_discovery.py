@@ -1,7 +1,5 @@
 """Discovery's parts: which floor is new, whether it is a room, and where dividers and corrections belong."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import shapely
@@ -14,8 +12,8 @@ from stillroom.maps.motion import IDENTITY
 from stillroom.maps.semantics import Ids, SemanticMap
 from stillroom.pipeline.creation import create_map
 from stillroom.pipeline.discovery import discover, is_doorway, new_floor
-from stillroom.pipeline.obstacles import find_gaps
-from stillroom.pipeline.params import PARAMS, Params
+from stillroom.pipeline.obstacles import Gap, find_gaps
+from stillroom.pipeline.params import PARAMS
 from stillroom.pipeline.resolution import Attempt
 from stillroom.pipeline.scores import score_rooms
 from stillroom.pipeline.transfer import track, transfer_semantics
@@ -94,23 +92,31 @@ def test_a_doorway_that_a_person_declined_is_not_proposed_again() -> None:
     assert discover(made, (Declined(DOORWAY),), PARAMS).dividers == ()
 
 
-def doorways(made: Attempt, place: Polygon, params: Params = PARAMS) -> list[bool]:
+def doorways(made: Attempt, place: Polygon) -> list[bool]:
     """Of the gaps in walls at a place, which lead to the one new region."""
     transfer = made.transfer
     (region,) = new_floor(transfer, PARAMS)
     walls = [as_points(w.line) for w in transfer.tracked.walls if w.kind == "wall"]
     gaps = find_gaps(walls, ~transfer.obstacles.floor, transfer.grid.frame, PARAMS)
-    return [is_doorway(gap, region, transfer, params) for gap in gaps if shapely.LineString(gap.path).intersects(place)]
+    return [is_doorway(gap, region, transfer, PARAMS) for gap in gaps if shapely.LineString(gap.path).intersects(place)]
 
 
 def test_a_gap_in_a_wall_that_goes_on_beyond_both_ends_is_a_doorway() -> None:
     assert any(doorways(attempt(with_study(DOORWAY)), DOORWAY.buffer(0.1)))
 
 
-def test_a_doorway_in_a_ragged_wall_is_one_where_more_lies_behind_it_than_furniture_covers() -> None:
-    made = attempt(with_study(DOORWAY, *(rectangle(8.15, y, 8.45, y + 0.25) for y in (2.45, 3.7))))
-    assert not any(doorways(made, DOORWAY.buffer(0.1), replace(PARAMS, furniture_area_m2=STUDY.area)))
-    assert any(doorways(made, DOORWAY.buffer(0.1), replace(PARAMS, furniture_area_m2=0.8 * STUDY.area)))
+@pytest.mark.parametrize(
+    ("region", "leads"),
+    [
+        (rectangle(4.5, 3.1, 7.5, 5.1), True),
+        (rectangle(4.5, 3.1, 7.5, 4.1), False),
+        (rectangle(5.0, 3.1, 5.8, 10.1), False),
+    ],
+    ids=["more than furniture covers", "no more than it covers", "no wider than the gap"],
+)
+def test_beside_a_gap_the_wall_may_be_missing_where_much_lies_behind_it(region: Polygon, leads: bool) -> None:
+    gap = Gap(as_points([(5.0, 3.0), (5.8, 3.0)]))
+    assert is_doorway(gap, region, attempt(HOME).transfer, PARAMS) == leads
 
 
 @pytest.mark.parametrize("depth", [1.7, 2.0])
