@@ -15,6 +15,7 @@ from stillroom.api import (
     edits,
     events,
     exports,
+    fleet,
     health,
     maps,
     missions,
@@ -65,7 +66,20 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
     problems.install(app)
     app.add_middleware(BodyLimit)
     app.add_middleware(SecurityHeaders)
-    for part in (robots, missions, maps, conflicts, edits, exports, events, notifications, webhooks, health, problems):
+    for part in (
+        robots,
+        missions,
+        maps,
+        conflicts,
+        edits,
+        exports,
+        events,
+        notifications,
+        webhooks,
+        fleet,
+        health,
+        problems,
+    ):
         app.include_router(part.router)
     schema.install(app)
     app.include_router(web.router)  # last: it takes every path that is left

@@ -123,11 +123,11 @@ def test_the_table_above_names_every_route_that_is_not_public(service: Service) 
     }
     assert listed == of_maps
     others = {path for path in spec if "/maps/{map}" not in path} - PUBLIC
-    own = {path for path in others if path.startswith(("/api/v1/notifications", "/api/v1/webhooks"))}
+    own = {path for path in others if path.startswith(("/api/v1/notifications", "/api/v1/webhooks", "/api/v1/fleet"))}
     assert others - own == {"/api/v1/robots", "/api/v1/session", "/api/v1/events", "/api/v1/conflicts"}
     for path in own:  # whose they are, is in their own tests; here: nobody without a credential, and no robot
         for method in spec[path]:
-            there = path.format(webhook="webhook_1", delivery=1, subscription="push_1")
+            there = path.format(webhook="webhook_1", delivery=1, subscription="push_1", cause="0" * 16)
             assert refused(service.stranger, method.upper(), there) == 401, path
 
 

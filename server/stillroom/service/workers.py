@@ -27,6 +27,7 @@ import structlog
 from stillroom import logs
 from stillroom.pipeline.update import ResolverName
 from stillroom.service.decisions import AT_ONCE, expire
+from stillroom.service.fleet.counting import catch_up
 from stillroom.service.messages.messenger import Messenger
 from stillroom.service.processing import process_next
 from stillroom.settings import Messaging
@@ -108,9 +109,10 @@ def _begin(name: str) -> None:
 def _sweep(database: Database) -> bool:
     """Whether there may be more to sweep at once."""
     try:
-        return expire(database) == AT_ONCE
+        uncounted = catch_up(database)
+        return expire(database) == AT_ONCE or uncounted > 0
     except Exception:
-        log.exception("deadlines could not be looked at; missions go on")
+        log.exception("deadlines and the fleet's figures could not be looked at; missions go on")
         return False
 
 

@@ -207,6 +207,17 @@ def decided(tx: Transaction, mission_ids: Sequence[int]) -> Mapping[int, Conflic
     return {pair.mission_id: rows[pair.conflict_id] for pair in answered}
 
 
+def settled_automatically(tx: Transaction, map_id: int, version: int) -> bool:
+    """Whether the answer that made a version was to a conflict that the meta layer had settled."""
+    query = (
+        sa.select(conflict.c.id)
+        .join(ending, ending.c.conflict_id == conflict.c.id)
+        .where(conflict.c.map_id == map_id, conflict.c.resolved, ending.c.response.is_not(None))
+        .where(ending.c.version == version)
+    )
+    return tx.execute(query.limit(1)).first() is not None
+
+
 def proposals(tx: Transaction, sighting_ids: Sequence[int]) -> Mapping[int, Sequence[ProposalRow]]:
     """By sighting, in their order."""
     query = _PROPOSAL.where(proposal.c.sighting_id.in_(sighting_ids)).order_by(proposal.c.sighting_id, proposal.c.name)

@@ -8,8 +8,12 @@ import sqlalchemy as sa
 
 from stillroom.store import clock
 from stillroom.store.database import Transaction, insert_unless_there, upsert
+from stillroom.store.fleet_tables import unjudged
 from stillroom.store.rows import Json, MapRow, RoomRow, VersionHead, VersionRow, as_row, as_row_or_none, columns
 from stillroom.store.tables import lane, map_, robot, room, version
+
+BY_PEOPLE = ("edit", "restore", "decision")
+"""Causes of versions that may correct what a mission did."""
 
 _MAP = sa.select(*columns(map_, MapRow))
 _HEAD = sa.select(*columns(version, VersionHead))
@@ -100,6 +104,8 @@ def add_version(tx: Transaction, map_id: int, new: NewVersion, now: datetime) ->
         .returning(version.c.number)
     )
     number: int = tx.execute(added).scalar_one()
+    if new.cause in BY_PEOPLE:
+        tx.execute(sa.insert(unjudged).values(map_id=map_id, number=number))
     reserve_ids(tx, map_id, [new.used_ids])
     tx.execute(sa.update(map_).where(map_.c.id == map_id).values(head=number))
     ended = room.c.map_id == map_id, room.c.id.not_in([room_id for room_id, _, _ in new.rooms])

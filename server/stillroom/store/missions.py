@@ -6,7 +6,8 @@ from datetime import datetime
 
 import sqlalchemy as sa
 
-from stillroom.store.database import Transaction
+from stillroom.store.database import Transaction, insert_unless_there
+from stillroom.store.fleet_tables import uncounted
 from stillroom.store.rows import Json, MissionRow, as_row, as_row_or_none, columns
 from stillroom.store.tables import mission
 
@@ -105,6 +106,7 @@ def finish(tx: Transaction, mission_id: int, found: Finding, now: datetime) -> N
             traceback=found.traceback,
         )
     )
+    insert_unless_there(tx, uncounted, {"mission_id": mission_id})
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,163 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/fleet/causes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Causes
+         * @description What missions failed by, the most frequent first.
+         */
+        get: operations["list_causes_api_v1_fleet_causes_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/causes/{cause}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Show Cause */
+        get: operations["show_cause_api_v1_fleet_causes__cause__get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/causes/{cause}/mute": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /** Mute */
+        put: operations["mute_api_v1_fleet_causes__cause__mute_put"];
+        post?: never;
+        /** Unmute */
+        delete: operations["unmute_api_v1_fleet_causes__cause__mute_delete"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/failure-rates": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Show Rates
+         * @description Shares of missions with their 95 % intervals, which take into account that missions of one robot are alike.
+         *
+         *     `interval=bootstrap` draws robots anew, a thousand times: exact where there are many robots, and slow.
+         */
+        get: operations["show_rates_api_v1_fleet_failure_rates_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/failure-rates.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Export Rates
+         * @description The same as a table: one line for each row, one for all.
+         */
+        get: operations["export_rates_api_v1_fleet_failure_rates_csv_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/filters": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Show Filters
+         * @description What can be selected by.
+         */
+        get: operations["show_filters_api_v1_fleet_filters_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/missions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Missions
+         * @description Those that failed, by one cause or by any, or those that escaped; the newest arrivals first.
+         */
+        get: operations["list_missions_api_v1_fleet_missions_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/robots": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Robots
+         * @description The worst. `-lower_bound` puts those first that surely fail often, not those that failed once in one mission.
+         */
+        get: operations["list_robots_api_v1_fleet_robots_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/notifications": {
         parameters: {
             query?: never;
@@ -968,6 +1125,150 @@ export interface components {
             /** Share */
             share: number;
         };
+        /** CauseDocument */
+        CauseDocument: {
+            /** Algorithm */
+            algorithm: string;
+            /** Cause */
+            cause: string;
+            /** Firmware */
+            firmware: {
+                [key: string]: number;
+            };
+            /**
+             * First Seen
+             * Format: date-time
+             */
+            first_seen: string;
+            /** Id */
+            id: string;
+            /** Kind */
+            kind: string;
+            /**
+             * Last Seen
+             * Format: date-time
+             */
+            last_seen: string;
+            /** Missions */
+            missions: number;
+            /** Model */
+            model: {
+                [key: string]: number;
+            };
+            /** Muted By */
+            muted_by: string | null;
+            /** Muted Until */
+            muted_until: string | null;
+            /** Needs Review */
+            needs_review: number;
+            /** Note */
+            note: string | null;
+            /** Parked */
+            parked: number;
+            /** Returned At */
+            returned_at: string | null;
+            /** Reverted */
+            reverted: number;
+            /** Robots */
+            robots: number;
+            /** Settled */
+            settled: number;
+            /** Share */
+            share: number;
+            /** Size */
+            size: {
+                [key: string]: number;
+            };
+            /** Stage */
+            stage: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "new" | "ongoing" | "regressed" | "muted";
+            /** Trend */
+            trend: components["schemas"]["TrendPoint"][];
+            /** Url */
+            url: string;
+        };
+        /**
+         * CauseRow
+         * @description Missions that failed alike: at the same criterion, by the same cause, at the same stage of the same algorithm.
+         */
+        CauseRow: {
+            /** Algorithm */
+            algorithm: string;
+            /** Cause */
+            cause: string;
+            /**
+             * First Seen
+             * Format: date-time
+             */
+            first_seen: string;
+            /** Id */
+            id: string;
+            /** Kind */
+            kind: string;
+            /**
+             * Last Seen
+             * Format: date-time
+             */
+            last_seen: string;
+            /** Missions */
+            missions: number;
+            /** Muted By */
+            muted_by: string | null;
+            /** Muted Until */
+            muted_until: string | null;
+            /** Needs Review */
+            needs_review: number;
+            /** Note */
+            note: string | null;
+            /** Parked */
+            parked: number;
+            /** Returned At */
+            returned_at: string | null;
+            /** Reverted */
+            reverted: number;
+            /** Robots */
+            robots: number;
+            /** Settled */
+            settled: number;
+            /** Share */
+            share: number;
+            /** Stage */
+            stage: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "new" | "ongoing" | "regressed" | "muted";
+            /** Trend */
+            trend: components["schemas"]["TrendPoint"][];
+            /** Url */
+            url: string;
+        };
+        /** CausesDocument */
+        CausesDocument: {
+            /**
+             * First
+             * Format: date
+             */
+            first: string;
+            /** Items */
+            items: components["schemas"]["CauseRow"][];
+            /**
+             * Last
+             * Format: date
+             */
+            last: string;
+            /** Missions */
+            missions: number;
+            /** Next */
+            next: string | null;
+            /** Waiting */
+            waiting: number;
+        };
         /**
          * ChangeDocument
          * @description One thing that differs between two versions. `value`: metres or square metres, where it is measured.
@@ -1468,12 +1769,42 @@ export interface components {
              */
             version: number | null;
         };
+        /**
+         * FailedRows
+         * @description How many missions failed that row of the results table.
+         */
+        FailedRows: {
+            /** Meta Dividers */
+            meta_dividers: number;
+            /** Meta Occupancy */
+            meta_occupancy: number;
+            /** Transfer */
+            transfer: number;
+        };
         /** FaultDocument */
         FaultDocument: {
             /** Detail */
             detail: string;
             /** Pointer */
             pointer: string;
+        };
+        /**
+         * FiltersDocument
+         * @description The values that there are.
+         */
+        FiltersDocument: {
+            /** Algorithm */
+            algorithm: string[];
+            /** Firmware */
+            firmware: string[];
+            /** First */
+            first: string | null;
+            /** Minimum N */
+            minimum_n: number;
+            /** Model */
+            model: string[];
+            /** Size */
+            size: ("" | "1-3" | "4-6" | "7-9" | "10+")[];
         };
         /**
          * FixDocument
@@ -1486,6 +1817,34 @@ export interface components {
             pointer: string;
             /** Title */
             title: string;
+        };
+        /** FleetMissionItem */
+        FleetMissionItem: {
+            /** Algorithm */
+            algorithm: string;
+            /** Cause */
+            cause: string | null;
+            /** Escaped At */
+            escaped_at: string | null;
+            /**
+             * Finished At
+             * Format: date-time
+             */
+            finished_at: string;
+            /** Firmware */
+            firmware: string;
+            /** Map */
+            map: string;
+            /** Mission */
+            mission: string;
+            /** Model */
+            model: string;
+            /** Outcome */
+            outcome: string;
+            /** Robot */
+            robot: string;
+            /** Url */
+            url: string;
         };
         /** Frame */
         Frame: {
@@ -1626,6 +1985,26 @@ export interface components {
                 number,
                 number
             ][];
+        };
+        /**
+         * Measures
+         * @description Shares of missions. Of the judged ones, except `parked`, which is of these and the parked ones.
+         */
+        Measures: {
+            /** Escapes */
+            escapes: number | null;
+            /** Meta Dividers */
+            meta_dividers: number | null;
+            /** Meta Occupancy */
+            meta_occupancy: number | null;
+            /** Needs Review */
+            needs_review: number | null;
+            /** Parked */
+            parked: number | null;
+            /** Reverted */
+            reverted: number | null;
+            /** Transfer */
+            transfer: number | null;
         };
         /**
          * MergeConflict
@@ -1888,6 +2267,19 @@ export interface components {
                 number
             ][];
         };
+        /**
+         * Mute
+         * @description Leaves a cause out of what is alerted about; until then, or for good.
+         */
+        Mute: {
+            /**
+             * Note
+             * @default
+             */
+            note: string;
+            /** Until */
+            until?: string | null;
+        };
         /** NewEmail */
         NewEmail: {
             /** Address */
@@ -1965,10 +2357,24 @@ export interface components {
             /** Next */
             next: string | null;
         };
+        /** Page[FleetMissionItem] */
+        Page_FleetMissionItem_: {
+            /** Items */
+            items: components["schemas"]["FleetMissionItem"][];
+            /** Next */
+            next: string | null;
+        };
         /** Page[MissionDocument] */
         Page_MissionDocument_: {
             /** Items */
             items: components["schemas"]["MissionDocument"][];
+            /** Next */
+            next: string | null;
+        };
+        /** Page[RobotRow] */
+        Page_RobotRow_: {
+            /** Items */
+            items: components["schemas"]["RobotRow"][];
             /** Next */
             next: string | null;
         };
@@ -2140,6 +2546,103 @@ export interface components {
             trouble: string | null;
         };
         /**
+         * Ranges
+         * @description 95 % intervals of the same shares.
+         */
+        Ranges: {
+            /** Escapes */
+            escapes: [
+                number,
+                number
+            ];
+            /** Meta Dividers */
+            meta_dividers: [
+                number,
+                number
+            ];
+            /** Meta Occupancy */
+            meta_occupancy: [
+                number,
+                number
+            ];
+            /** Needs Review */
+            needs_review: [
+                number,
+                number
+            ];
+            /** Parked */
+            parked: [
+                number,
+                number
+            ];
+            /** Reverted */
+            reverted: [
+                number,
+                number
+            ];
+            /** Transfer */
+            transfer: [
+                number,
+                number
+            ];
+        };
+        /** RateRow */
+        RateRow: {
+            ci95: components["schemas"]["Ranges"];
+            /** Clustering */
+            clustering: {
+                [key: string]: "measured" | "selection" | "assumed" | "resampled";
+            };
+            design_effect: components["schemas"]["Measures"];
+            /** Escapes */
+            escapes: number;
+            failed: components["schemas"]["FailedRows"];
+            /** Key */
+            key: string;
+            /** Missions */
+            missions: number;
+            /** Needs Review */
+            needs_review: number;
+            /** Parked */
+            parked: number;
+            rates: components["schemas"]["Measures"];
+            /** Reverted */
+            reverted: number;
+            /** Robots */
+            robots: number;
+            /** Sufficient */
+            sufficient: boolean;
+        };
+        /** RatesDocument */
+        RatesDocument: {
+            /**
+             * First
+             * Format: date
+             */
+            first: string;
+            /** Group By */
+            group_by: ("day" | "week" | "firmware" | "model" | "algorithm" | "size" | "cause") | null;
+            /**
+             * Interval
+             * @enum {string}
+             */
+            interval: "wilson" | "bootstrap";
+            /** Items */
+            items: components["schemas"]["RateRow"][];
+            /**
+             * Last
+             * Format: date
+             */
+            last: string;
+            /** Minimum N */
+            minimum_n: number;
+            /** Next */
+            next: string | null;
+            total: components["schemas"]["RateRow"];
+            /** Waiting */
+            waiting: number;
+        };
+        /**
          * RefusedEdit
          * @description `fixes`: what would mend it, where that can be told.
          */
@@ -2269,6 +2772,30 @@ export interface components {
             segment_id: number;
             /** Survivor */
             survivor: string | null;
+        };
+        /** RobotRow */
+        RobotRow: {
+            /** Ci95 */
+            ci95: [
+                number,
+                number
+            ];
+            /** Escapes */
+            escapes: number;
+            /** Failed */
+            failed: number;
+            /** Failure Rate */
+            failure_rate: number;
+            /** Missions */
+            missions: number;
+            /** Needs Review */
+            needs_review: number;
+            /** Parked */
+            parked: number;
+            /** Reverted */
+            reverted: number;
+            /** Robot */
+            robot: string;
         };
         /** RobotSummary */
         RobotSummary: {
@@ -2517,6 +3044,16 @@ export interface components {
                 number
             ] | null;
         };
+        /** TrendPoint */
+        TrendPoint: {
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /** Missions */
+            missions: number;
+        };
         /** VersionChange */
         VersionChange: {
             /** Name */
@@ -2721,6 +3258,344 @@ export interface operations {
                 };
                 content: {
                     "text/event-stream": unknown;
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_causes_api_v1_fleet_causes_get: {
+        parameters: {
+            query?: {
+                state?: ("new" | "ongoing" | "regressed" | "muted") | null;
+                limit?: number;
+                /** @description YYYY-MM-DD or RFC 3339; its day in UTC counts */
+                from?: string | null;
+                /** @description YYYY-MM-DD or RFC 3339; its day in UTC counts */
+                to?: string | null;
+                firmware?: string[];
+                model?: string[];
+                algorithm?: string[];
+                size?: ("" | "1-3" | "4-6" | "7-9" | "10+")[];
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CausesDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    show_cause_api_v1_fleet_causes__cause__get: {
+        parameters: {
+            query?: {
+                /** @description YYYY-MM-DD or RFC 3339; its day in UTC counts */
+                from?: string | null;
+                /** @description YYYY-MM-DD or RFC 3339; its day in UTC counts */
+                to?: string | null;
+                firmware?: string[];
+                model?: string[];
+                algorithm?: string[];
+                size?: ("" | "1-3" | "4-6" | "7-9" | "10+")[];
+            };
+            header?: never;
+            path: {
+                cause: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CauseDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    mute_api_v1_fleet_causes__cause__mute_put: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                cause: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Mute"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CauseDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    unmute_api_v1_fleet_causes__cause__mute_delete: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                cause: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CauseDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    show_rates_api_v1_fleet_failure_rates_get: {
+        parameters: {
+            query?: {
+                group_by?: ("day" | "week" | "firmware" | "model" | "algorithm" | "size" | "cause") | null;
+                interval?: "wilson" | "bootstrap";
+                /** @description YYYY-MM-DD or RFC 3339; its day in UTC counts */
+                from?: string | null;
+                /** @description YYYY-MM-DD or RFC 3339; its day in UTC counts */
+                to?: string | null;
+                firmware?: string[];
+                model?: string[];
+                algorithm?: string[];
+                size?: ("" | "1-3" | "4-6" | "7-9" | "10+")[];
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RatesDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_rates_api_v1_fleet_failure_rates_csv_get: {
+        parameters: {
+            query?: {
+                group_by?: ("day" | "week" | "firmware" | "model" | "algorithm" | "size" | "cause") | null;
+                interval?: "wilson" | "bootstrap";
+                /** @description YYYY-MM-DD or RFC 3339; its day in UTC counts */
+                from?: string | null;
+                /** @description YYYY-MM-DD or RFC 3339; its day in UTC counts */
+                to?: string | null;
+                firmware?: string[];
+                model?: string[];
+                algorithm?: string[];
+                size?: ("" | "1-3" | "4-6" | "7-9" | "10+")[];
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    show_filters_api_v1_fleet_filters_get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FiltersDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_missions_api_v1_fleet_missions_get: {
+        parameters: {
+            query?: {
+                cause?: string | null;
+                escaped?: boolean;
+                limit?: number;
+                /** @description YYYY-MM-DD or RFC 3339; its day in UTC counts */
+                from?: string | null;
+                /** @description YYYY-MM-DD or RFC 3339; its day in UTC counts */
+                to?: string | null;
+                firmware?: string[];
+                model?: string[];
+                algorithm?: string[];
+                size?: ("" | "1-3" | "4-6" | "7-9" | "10+")[];
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_FleetMissionItem_"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_robots_api_v1_fleet_robots_get: {
+        parameters: {
+            query?: {
+                sort?: "-failure_rate" | "-lower_bound" | "-missions" | "-escapes";
+                at_least?: number;
+                limit?: number;
+                /** @description YYYY-MM-DD or RFC 3339; its day in UTC counts */
+                from?: string | null;
+                /** @description YYYY-MM-DD or RFC 3339; its day in UTC counts */
+                to?: string | null;
+                firmware?: string[];
+                model?: string[];
+                algorithm?: string[];
+                size?: ("" | "1-3" | "4-6" | "7-9" | "10+")[];
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_RobotRow_"];
                 };
             };
             /** @description Any error */

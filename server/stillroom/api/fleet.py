@@ -1,0 +1,139 @@
+"""For fleet engineers: how often updates fail, by what, and since when."""
+
+import csv
+import io
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Path, Query, Request
+from starlette.responses import Response
+
+from stillroom.api.context import Caller, Limit, NumberCursor, Service, document, operator_only, page
+from stillroom.documents import fleet
+from stillroom.documents.api import Page
+from stillroom.service.fleet import causes, rates
+from stillroom.service.fleet.selecting import Asked
+
+router = APIRouter(prefix="/api/v1/fleet", dependencies=[Depends(operator_only)])
+Day = Annotated[str | None, Query(max_length=40, description="YYYY-MM-DD or RFC 3339; its day in UTC counts")]
+Values = Annotated[list[Annotated[str, Query(max_length=100)]], Query(max_length=50)]
+Sizes = Annotated[list[fleet.Size], Query(max_length=5)]
+CauseId = Annotated[str, Path(alias="cause", pattern=r"^[0-9a-f]{16}$")]
+
+
+def asked(
+    first: Annotated[Day, Query(alias="from")] = None,
+    last: Annotated[Day, Query(alias="to")] = None,
+    firmware: Values = [],  # noqa: B006  # FastAPI copies it
+    model: Values = [],  # noqa: B006
+    algorithm: Values = [],  # noqa: B006
+    size: Sizes = [],  # noqa: B006
+) -> Asked:
+    """Both days count; the last 30 where none is given. A filter may be given several times: any of its values."""
+    return Asked(first, last, tuple(firmware), tuple(model), tuple(algorithm), tuple(size))
+
+
+Which = Annotated[Asked, Depends(asked)]
+
+
+@router.get("/failure-rates", response_model=fleet.RatesDocument)
+def show_rates(
+    service: Service,
+    which: Which,
+    group_by: Annotated[fleet.GroupBy | None, Query()] = None,
+    interval: Annotated[fleet.Interval, Query()] = "wilson",
+) -> Response:
+    """Shares of missions with their 95 % intervals, which take into account that missions of one robot are alike.
+
+    `interval=bootstrap` draws robots anew, a thousand times: exact where there are many robots, and slow.
+    """
+    return document(rates.rates(service.database, which, group_by, interval))
+
+
+@router.get(
+    "/failure-rates.csv",
+    response_class=Response,
+    responses={200: {"content": {"text/csv": {"schema": {"type": "string"}}}}},
+)
+def export_rates(
+    service: Service,
+    which: Which,
+    group_by: Annotated[fleet.GroupBy | None, Query()] = None,
+    interval: Annotated[fleet.Interval, Query()] = "wilson",
+) -> Response:
+    """The same as a table: one line for each row, one for all."""
+    found = rates.rates(service.database, which, group_by, interval)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\r\n")
+    measures = list(fleet.Measures.model_fields)
+    spread = [name for m in measures for name in (f"{m}_count", f"{m}_rate", f"{m}_low", f"{m}_high", f"{m}_effect")]
+    writer.writerow(["key", "missions", "robots", "sufficient", *spread])
+    for row in [*found.items, found.total] if group_by is not None else [found.total]:
+        cells: list[object] = []
+        for m in measures:
+            count = getattr(row.failed if m in fleet.FailedRows.model_fields else row, m)
+            cells += [count, getattr(row.rates, m), *getattr(row.ci95, m), getattr(row.design_effect, m)]
+        writer.writerow([_cell(row.key), row.missions, row.robots, row.sufficient, *cells])
+    name = f"failure-rates-{found.first}-{found.last}.csv"
+    return Response(
+        text.getvalue(), headers={"Content-Disposition": f'attachment; filename="{name}"'}, media_type="text/csv"
+    )
+
+
+def _cell(text: str) -> str:
+    """Spreadsheets take what begins like this for a formula; robots say what their firmware is called."""
+    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text
+
+
+@router.get("/filters", response_model=fleet.FiltersDocument)
+def show_filters(service: Service) -> Response:
+    """What can be selected by."""
+    return document(rates.filters(service.database))
+
+
+@router.get("/robots", response_model=Page[fleet.RobotRow])
+def list_robots(
+    service: Service,
+    which: Which,
+    sort: Annotated[fleet.RobotOrder, Query()] = "-failure_rate",
+    at_least: Annotated[int, Query(ge=1, le=10_000)] = 1,
+    limit: Limit = 20,
+) -> Response:
+    """The worst. `-lower_bound` puts those first that surely fail often, not those that failed once in one mission."""
+    return document(Page(items=rates.robots(service.database, which, sort, at_least, limit), next=None))
+
+
+@router.get("/causes", response_model=fleet.CausesDocument)
+def list_causes(
+    service: Service, which: Which, state: Annotated[fleet.CauseState | None, Query()] = None, limit: Limit = 100
+) -> Response:
+    """What missions failed by, the most frequent first."""
+    return document(causes.causes(service.database, which, state, limit))
+
+
+@router.get("/causes/{cause}", response_model=fleet.CauseDocument)
+def show_cause(service: Service, which: Which, key: CauseId) -> Response:
+    return document(causes.cause(service.database, which, key))
+
+
+@router.put("/causes/{cause}/mute", response_model=fleet.CauseDocument)
+def mute(service: Service, who: Caller, key: CauseId, how: fleet.Mute) -> Response:
+    return document(causes.mute(service.database, who, key, how))
+
+
+@router.delete("/causes/{cause}/mute", response_model=fleet.CauseDocument)
+def unmute(service: Service, key: CauseId) -> Response:
+    return document(causes.unmute(service.database, key))
+
+
+@router.get("/missions", response_model=Page[fleet.FleetMissionItem])
+def list_missions(
+    request: Request,
+    service: Service,
+    which: Which,
+    cursor: NumberCursor,
+    cause: Annotated[str | None, Query(pattern=r"^[0-9a-f]{16}$")] = None,
+    escaped: bool = False,
+    limit: Limit = 100,
+) -> Response:
+    """Those that failed, by one cause or by any, or those that escaped; the newest arrivals first."""
+    return page(request, causes.missions(service.database, which, cause, escaped, cursor, limit))

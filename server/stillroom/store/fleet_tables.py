@@ -1,0 +1,110 @@
+"""The tables of the fleet's figures. Days are those of the server's clock, in UTC, on which missions were processed.
+
+A tally names robots by numbers that mean nothing by themselves, four characters each, once for each mission: so counts, numbers
+of robots, and how failures gather in robots can all be had of any selection. What a home leaves behind when it is deleted is
+its number.
+"""
+
+import sqlalchemy as sa
+
+from stillroom.store.tables import BigId, UtcDateTime, metadata
+
+uncounted = sa.Table(
+    "uncounted",  # missions that were processed and are not in the tallies yet
+    metadata,
+    sa.Column("mission_id", sa.ForeignKey("mission.id"), primary_key=True, autoincrement=False),
+)
+
+unjudged = sa.Table(
+    "unjudged",  # versions that people made, of which it is not known yet whether they correct a mission
+    metadata,
+    sa.Column("map_id", sa.ForeignKey("map.id"), primary_key=True, autoincrement=False),
+    sa.Column("number", sa.Integer, primary_key=True, autoincrement=False),
+)
+
+fleet_robot = sa.Table(
+    "fleet_robot",
+    metadata,
+    sa.Column("number", BigId, primary_key=True),
+    sa.Column("robot_id", sa.ForeignKey("robot.id"), nullable=False, unique=True),
+    sqlite_autoincrement=True,  # a number is never given out again
+)
+
+fleet_cause = sa.Table(
+    "fleet_cause",  # what missions fail by: one row a fingerprint
+    metadata,
+    sa.Column("id", BigId, primary_key=True),
+    sa.Column("key", sa.String(16), nullable=False, unique=True),
+    sa.Column("kind", sa.String(32), nullable=False),
+    sa.Column("cause", sa.String(64), nullable=False),
+    sa.Column("stage", sa.String(16), nullable=False),
+    sa.Column("algorithm", sa.String(32), nullable=False),
+    sa.Column("first_seen", UtcDateTime, nullable=False),
+    sa.Column("last_seen", UtcDateTime, nullable=False),
+    sa.Column("returned_at", UtcDateTime),  # when it was seen again after it had been gone
+    sa.Column("muted_at", UtcDateTime),
+    sa.Column("muted_until", UtcDateTime),  # null: for good
+    sa.Column("muted_by", sa.String(400)),
+    sa.Column("mute_note", sa.String(500)),
+)
+
+counted = sa.Table(
+    "counted",  # missions that are in the tallies, and where
+    metadata,
+    sa.Column("mission_id", sa.ForeignKey("mission.id"), primary_key=True, autoincrement=False),
+    sa.Column("robot", sa.ForeignKey("fleet_robot.number"), nullable=False),
+    sa.Column("day", sa.Date, nullable=False),
+    sa.Column("firmware", sa.String(100), nullable=False),
+    sa.Column("model", sa.String(100), nullable=False),
+    sa.Column("algorithm", sa.String(32), nullable=False),
+    sa.Column("size", sa.String(8), nullable=False),
+    sa.Column("outcome", sa.String(16), nullable=False),
+    sa.Column("failed", sa.Integer, nullable=False),  # how many rows of the results table, the first ones
+    sa.Column("cause_id", sa.ForeignKey("fleet_cause.id")),
+    sa.Column("escaped_at", UtcDateTime),  # when a person corrected it
+)
+_failed = counted.c.cause_id.is_not(None)
+sa.Index(
+    "ix_counted_cause_id_mission_id",
+    counted.c.cause_id,
+    counted.c.mission_id,
+    sqlite_where=_failed,
+    postgresql_where=_failed,
+)
+_escaped = counted.c.escaped_at.is_not(None)
+sa.Index("ix_counted_escaped", counted.c.day, sqlite_where=_escaped, postgresql_where=_escaped)
+
+
+def _tally(name: str) -> sa.Column[str]:
+    return sa.Column(name, sa.Text, nullable=False, server_default="")
+
+
+fleet_day = sa.Table(
+    "fleet_day",  # the missions of a day, and which of them failed how
+    metadata,
+    sa.Column("day", sa.Date, primary_key=True),
+    sa.Column("firmware", sa.String(100), primary_key=True),
+    sa.Column("model", sa.String(100), primary_key=True),
+    sa.Column("algorithm", sa.String(32), primary_key=True),
+    sa.Column("size", sa.String(8), primary_key=True),
+    _tally("missions"),  # those that were judged: without the parked ones
+    _tally("transfer"),
+    _tally("meta_occupancy"),
+    _tally("meta_dividers"),
+    _tally("reverted"),
+    _tally("needs_review"),
+    _tally("parked"),
+    _tally("escapes"),
+)
+
+fleet_failure_day = sa.Table(
+    "fleet_failure_day",  # the missions of a day that failed, by what
+    metadata,
+    sa.Column("day", sa.Date, primary_key=True),
+    sa.Column("cause_id", sa.ForeignKey("fleet_cause.id"), primary_key=True, autoincrement=False),
+    sa.Column("firmware", sa.String(100), primary_key=True),
+    sa.Column("model", sa.String(100), primary_key=True),
+    sa.Column("size", sa.String(8), primary_key=True),
+    sa.Column("outcome", sa.String(16), primary_key=True),
+    _tally("robots"),
+)
