@@ -291,7 +291,7 @@ def test_a_mission_from_upstairs_is_answered_among_the_questions(robot: Robot, o
     robot.upload("0", as_grey(HOME.grid.cells), **FRAME)
     robot.upload("1", as_grey(MIRRORED.grid.cells), **FRAME)
     page = open_page(question(robot), **PHONE)
-    heading(page, "A mission waits for its floor")
+    heading(page, "New floor, or an existing one")
     keep(page, "question-parked-360-light")
     page.get_by_role("button", name="A new floor").tap()
     page.get_by_role("textbox", name="Name of the new floor").fill("Upstairs")

@@ -36,7 +36,9 @@ describe("how a room came through", () => {
   });
 
   it("says what share is gone and what share is new", () => {
-    expect(describeScore({ ...score, recall: 0.41, passed: false })).toBe("59 % of it is gone, did not fit");
+    expect(describeScore({ ...score, recall: 0.41, passed: false })).toBe(
+      "59 % of it is gone, too much to be taken by itself",
+    );
     expect(describeScore({ ...score, precision: 0.8, recall: 0.9 })).toBe(
       "10 % of it is gone, 20 % of its shape is new",
     );

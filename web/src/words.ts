@@ -1,6 +1,6 @@
 /** Facts of the API in plain words. */
 
-import { type Conflict, isDiscovery } from "./map/questions";
+import { type Conflict, isDiscovery, isParked } from "./map/questions";
 import { currentLocale } from "./numbers";
 import { conflictTexts, texts } from "./texts";
 
@@ -84,6 +84,7 @@ export function describeMission({ status, outcome, version }: MissionState): str
 /** What a question is about, in a sentence: the service's own in English. */
 export function describeConflict(conflict: Conflict): string {
   const { kind, cause, state, rooms, summary } = conflict;
+  if (isParked(conflict)) return texts.questions.parked;
   const settled = state === "resolved_automatically";
   const isHeld = kind === "connectivity" && conflict.proposals.some(({ action }) => action === "keep_previous");
   const isRepaired = conflict.proposals.some(({ action }) => action.startsWith("meta_"));

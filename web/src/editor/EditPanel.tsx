@@ -23,11 +23,13 @@ export interface EditPanelProps {
   readonly onDivider: (line: edits.Line) => void;
   readonly missions: readonly Mission[];
   readonly onSheet: () => void;
+  /** Another division into rooms is being looked at, of which nothing can be changed yet. */
+  readonly isTrying: boolean;
 }
 
 /** Everything that the map shows and can do, as lists and forms: complete without seeing or pointing at the map. */
 export function EditPanel(props: EditPanelProps) {
-  const { state, session, view, onSheet } = props;
+  const { state, session, onSheet } = props;
   return (
     <div className={classes.panel}>
       <Standing state={state} missions={props.missions} />
@@ -68,6 +70,18 @@ export function EditPanel(props: EditPanelProps) {
         </div>
       )}
       {state.problems.length > 0 && <Problems {...props} />}
+      {!props.isTrying && <Lists {...props} />}
+      <Button className={classes.keys ?? ""} mih={44} variant="subtle" color="gray" c="inherit" onClick={onSheet}>
+        {editorTexts.keys} <kbd>?</kbd>
+      </Button>
+    </div>
+  );
+}
+
+function Lists(props: EditPanelProps) {
+  const { session, view } = props;
+  return (
+    <>
       <Section title={editorTexts.lists.rooms}>
         {view.rooms.map((room) => (
           <Item key={room.id} of={{ sort: "room", id: room.id }} name={room.name} aside={area(room.area)} {...props}>
@@ -134,10 +148,7 @@ export function EditPanel(props: EditPanelProps) {
           ))}
         </Section>
       )}
-      <Button className={classes.keys ?? ""} mih={44} variant="subtle" color="gray" c="inherit" onClick={onSheet}>
-        {editorTexts.keys} <kbd>?</kbd>
-      </Button>
-    </div>
+    </>
   );
 }
 

@@ -18,12 +18,15 @@ import classes from "./Editor.module.css";
 import { EditPanel } from "./EditPanel";
 import { Hint } from "./Hint";
 import { openKeeper } from "./keeping";
+import { SensitivityPanel } from "./SensitivityPanel";
 import { ShortcutSheet } from "./ShortcutSheet";
+import { isUntouched } from "./sensitivity";
 import { EditSession } from "./session";
 import { Toolbar } from "./Toolbar";
 import { barriers, rectangle, type Selection, type ShapeChange, shapeOf, type Tool } from "./targets";
 import { editorTexts } from "./texts";
 import { useEditLayer } from "./useEditLayer";
+import { useSensitivity } from "./useSensitivity";
 import { useShortcuts } from "./useShortcuts";
 
 interface EditorProps {
@@ -75,13 +78,22 @@ function useSession({ robot, map, head }: EditorProps): EditSession | null {
 function Editing({ robot, map, title, onDone, session }: EditorProps & { readonly session: EditSession }) {
   const state = useSyncExternalStore(session.subscribe, session.get);
   const { document, made } = state;
-  const view = useMemo(() => viewMap(document), [document]);
-  const [tool, setTool] = useState<Tool>("select");
-  const [selection, select] = useState<Selection>(null);
+  const sensitivity = useSensitivity({ robot, map }, state, session);
+  const shown = sensitivity.document ?? document;
+  const view = useMemo(() => viewMap(shown), [shown]);
+  const [chosen, setChosen] = useState<Tool>("select");
+  const tool = sensitivity.isTrying ? "select" : chosen;
+  const [picked, select] = useState<Selection>(null);
+  const selection = sensitivity.isTrying ? null : picked;
   const [drawing] = useState(() => new DrawingState());
   const [homeMap, setHomeMap] = useState<HomeMap | null>(null);
   const [sheet, setSheet] = useState(false);
   const history = useHistory(robot, map);
+
+  const setTool = (wanted: Tool) => {
+    sensitivity.leave();
+    setChosen(wanted);
+  };
 
   const refOf = useCallback(
     (id: string): edits.Ref => {
@@ -138,13 +150,13 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
   };
 
   const events: EditLayerEvents = {
-    onPick: select,
+    onPick: (what) => !sensitivity.isTrying && select(what),
     onDraw: draw,
     onMove: move,
     onParts: (parts) => drawing.set({ parts }),
     onFirst: (first) => drawing.set({ first }),
   };
-  const cancel = useEditLayer(homeMap, { document, tool, selection }, events);
+  const cancel = useEditLayer(homeMap, { document: shown, tool, selection }, events);
 
   useShortcuts({
     onTool: setTool,
@@ -153,7 +165,8 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
     onSave: session.save,
     onDelete: () => selection && remove(selection),
     onEscape: () => {
-      if (!cancel()) select(null);
+      if (sensitivity.isTrying) sensitivity.leave();
+      else if (!cancel()) select(null);
     },
     onSheet: () => setSheet(true),
   });
@@ -167,7 +180,7 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
       <div className={pageClasses.map}>
         <MapCanvas
           title={title}
-          document={document}
+          document={shown}
           view={view}
           selection={room}
           onSelect={() => undefined}
@@ -194,6 +207,13 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
             )}
           </div>
         </header>
+        {!history.isPending && (
+          <SensitivityPanel
+            sensitivity={sensitivity}
+            document={document}
+            isNew={!history.hasMore && isUntouched(history.entries)}
+          />
+        )}
         <EditPanel
           state={state}
           session={session}
@@ -206,6 +226,7 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
           onDivider={drawDivider}
           missions={history.missions}
           onSheet={() => setSheet(true)}
+          isTrying={sensitivity.isTrying}
         />
       </aside>
       {sheet && <ShortcutSheet onClose={() => setSheet(false)} />}

@@ -14,7 +14,7 @@ export type Answer<T> =
   | { readonly kind: "refused"; readonly problem: Refused }
   | { readonly kind: "unreachable" };
 
-interface Place {
+export interface Place {
   readonly robot: string;
   readonly map: string;
 }
@@ -46,3 +46,10 @@ export const undoVersion = (place: Place, version: number): Promise<Answer<MapDo
   answer<MapDocument>(
     api.POST("/api/v1/robots/{robot}/maps/{map}/versions/{version}/undo", { params: { path: { ...place, version } } }),
   );
+
+/** Operations that part the rooms more finely the higher the sensitivity is. */
+export const askSuggested = (place: Place, sensitivity: number, signal: AbortSignal) =>
+  api.GET("/api/v1/robots/{robot}/maps/{map}/edits/suggested", {
+    params: { path: { ...place }, query: { sensitivity } },
+    signal,
+  });

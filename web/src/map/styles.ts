@@ -48,6 +48,7 @@ export interface MapStyles {
   /** Floor that is lost, and floor that is new. */
   readonly lost: Style;
   readonly gained: Style;
+  readonly confirmed: Style;
   readonly proposed: Stroke;
 }
 
@@ -73,6 +74,7 @@ export const MAP_STYLES: Readonly<Record<Scheme, MapStyles>> = {
     phantom: { fill: "#f3ede3cc", stroke: { colour: "#5b5046", width: 1.5, dash: [1, 4] } },
     lost: { fill: "#b3541e59", stroke: { colour: "#b3541e", width: 2 } },
     gained: { fill: "#1f6f8b47", stroke: { colour: "#1f6f8b", width: 2 } },
+    confirmed: { stroke: { colour: "#b3541e", width: 3, dash: [8, 6] } },
     proposed: { colour: "#7a1fa2", width: 4, dash: [10, 7] },
   },
   dark: {
@@ -96,6 +98,7 @@ export const MAP_STYLES: Readonly<Record<Scheme, MapStyles>> = {
     phantom: { fill: "#1b1815cc", stroke: { colour: "#d6cabb", width: 1.5, dash: [1, 4] } },
     lost: { fill: "#ffae7a59", stroke: { colour: "#ffae7a", width: 2 } },
     gained: { fill: "#7fd0ea47", stroke: { colour: "#7fd0ea", width: 2 } },
+    confirmed: { stroke: { colour: "#ffae7a", width: 3, dash: [8, 6] } },
     proposed: { colour: "#e3b3ff", width: 4, dash: [10, 7] },
   },
 };

@@ -48,9 +48,9 @@ export interface RoomView {
   readonly kind: RoomFeature["properties"]["kind"];
 }
 
-/** A place where the robot saw something else than was known. */
+/** A place where the robot saw something else than was known, or where a room was when somebody last confirmed it. */
 export interface Changed {
-  readonly change: "blocked" | "opened" | "found" | "unseen";
+  readonly change: "blocked" | "opened" | "found" | "unseen" | "confirmed";
   readonly rings: readonly Ring[];
 }
 

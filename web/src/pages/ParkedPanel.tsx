@@ -32,6 +32,7 @@ export function ParkedPanel({ robot, map, floors }: ParkedPanelProps) {
           mission={first}
           floors={floors}
           others={waiting.length - 1}
+          titled
           onPlaced={(mission) => setPlaced(mission)}
         />
       )}
@@ -43,12 +44,13 @@ interface QuestionProps {
   readonly mission: Mission;
   readonly floors: readonly Schemas["MapSummary"][];
   readonly others: number;
+  /** Whether it says itself what is asked, where the page does not. */
+  readonly titled: boolean;
   readonly onPlaced: (mission: Mission) => void;
 }
 
-export function ParkedQuestion({ mission, floors, others, onPlaced }: QuestionProps) {
+export function ParkedQuestion({ mission, floors, others, titled, onPlaced }: QuestionProps) {
   const queries = useQueryClient();
-  const headingId = useId();
   const [naming, setNaming] = useState(false);
   const place = useMutation({
     mutationFn: async ({ floor, title }: { floor: string; title?: string }) => {
@@ -71,10 +73,10 @@ export function ParkedQuestion({ mission, floors, others, onPlaced }: QuestionPr
   const titleOf = (floor: string) => floors.find(({ map }) => map === floor)?.name ?? floor;
   const likely = mission.candidates.find(({ certain }) => certain);
   return (
-    <section className={classes.question} aria-labelledby={headingId}>
-      <h2 id={headingId}>{texts.parked.title}</h2>
+    <section className={classes.question} aria-label={texts.parked.title}>
+      {titled && <h2>{texts.parked.title}</h2>}
       <div className={classes.what}>
-        <img src={mission.grid} alt={texts.parked.picture(mission.id)} />
+        {titled && <img src={mission.grid} alt={texts.parked.picture(mission.id)} />}
         <div>
           <p>{texts.parked.lead(mission.id)}</p>
           <p className={classes.reason}>{mission.reason}</p>

@@ -72,12 +72,7 @@ export function Questions({ conflicts, nameOf }: QuestionsProps) {
               {texts.questions.opened} <Moment at={conflict.opened_at} />
               {conflict.fold_count > 0 && `, ${texts.questions.again(conflict.fold_count)}`}
             </p>
-            {conflict.default && (
-              <p>
-                <time dateTime={conflict.default.at}>{fullTime(new Date(conflict.default.at))}</time>:{" "}
-                {texts.questions.until}
-              </p>
-            )}
+            {conflict.default && <p>{texts.questions.until(fullTime(new Date(conflict.default.at)))}</p>}
           </div>
           <Icon name="right" />
         </li>

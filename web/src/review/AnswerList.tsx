@@ -4,7 +4,7 @@ import { type FormEvent, type ReactNode, useEffect, useId, useRef, useState } fr
 import { Link, useSearchParams } from "wouter";
 import { conflictQuery, refreshAll } from "../api/queries";
 import type { MapDocument } from "../map/document";
-import { type Conflict, isDiscovery } from "../map/questions";
+import { type Conflict, isDiscovery, isParked } from "../map/questions";
 import { mapPath, QUESTIONS_PATH } from "../paths";
 import { listed } from "../words";
 import { type Answer, answersTo, type Situation } from "./answers";
@@ -48,7 +48,10 @@ export function AnswerList({ conflict, situation, head, onDraw, onShow, onRefuse
     onError: onRefused,
     onSettled: () => refreshAll(queries),
   });
+  // The likeliest answer is to name a new room, or to say which floor it is.
+  const isElsewhere = isDiscovery(conflict) || isParked(conflict);
   const nameOf = (id: string) => roomName(id, head, conflict);
+  const lost = conflict.rooms.filter(({ recall }) => recall === 0).map(({ id }) => nameOf(id));
   const send = (one: Answer) => {
     // Two taps before the page is drawn again are one.
     if (!answer.isPending && !sent.current) answer.mutate(one, { onSettled: () => (sent.current = false) });
@@ -57,14 +60,20 @@ export function AnswerList({ conflict, situation, head, onDraw, onShow, onRefuse
   const sent = useRef(false);
   return (
     <section className={classes.answers} aria-labelledby={headingId}>
-      <h2 id={headingId}>{reviewTexts.answers}</h2>
+      <h2 id={headingId}>{isParked(conflict) ? reviewTexts.otherwise : reviewTexts.answers}</h2>
+      {isDiscovery(conflict) && <Naming conflict={conflict} busy={answer.isPending} onName={send} />}
       <ul>
         {answers.map((one, k) => (
           <AnswerButton
             key={one.key}
             answer={one}
+            hint={
+              one.saying === "takeNew" && lost.length > 0
+                ? reviewTexts.lost(listed(lost))
+                : reviewTexts.hint[one.saying]
+            }
             label={reviewTexts.answer[one.saying](listed(one.about.map(nameOf)), one.about.length)}
-            isFirst={picked === null ? k === 0 : one.key === picked}
+            isFirst={picked === null ? k === 0 && !isElsewhere : one.key === picked}
             isPicked={one.key === picked}
             isBusy={answer.isPending}
             isSent={answer.isPending && answer.variables.key === one.key}
@@ -74,7 +83,6 @@ export function AnswerList({ conflict, situation, head, onDraw, onShow, onRefuse
         ))}
       </ul>
       <Progress answer={answer} />
-      {isDiscovery(conflict) && <Naming conflict={conflict} busy={answer.isPending} onName={send} />}
       <div className={classes.others}>
         {conflict.kind === "restriction_unplaced" && (
           <Link className={classes.other} href={`${mapPath(conflict.robot, conflict.map)}?edit`}>
@@ -98,6 +106,7 @@ export function AnswerList({ conflict, situation, head, onDraw, onShow, onRefuse
 interface AnswerButtonProps {
   readonly answer: Answer;
   readonly label: string;
+  readonly hint: string;
   readonly isFirst: boolean;
   readonly isPicked: boolean;
   readonly isBusy: boolean;
@@ -106,7 +115,7 @@ interface AnswerButtonProps {
   readonly onLook: () => void;
 }
 
-function AnswerButton({ answer, label, isFirst, isPicked, isBusy, isSent, onAnswer, onLook }: AnswerButtonProps) {
+function AnswerButton({ answer, label, hint, isFirst, isPicked, isBusy, isSent, onAnswer, onLook }: AnswerButtonProps) {
   const hintId = useId();
   const button = useRef<HTMLButtonElement>(null);
   useEffect(() => {
@@ -132,7 +141,7 @@ function AnswerButton({ answer, label, isFirst, isPicked, isBusy, isSent, onAnsw
       </Button>
       <p id={hintId} className={classes.hint}>
         {isPicked && <strong>{reviewTexts.picked} </strong>}
-        {reviewTexts.hint[answer.saying]}
+        {hint}
       </p>
     </li>
   );

@@ -33,7 +33,7 @@ export function Facts({ conflict, sensed, here, selected, onSelect }: FactsProps
             {conflict.rooms.map((room) => (
               <li key={room.id}>
                 <button type="button" aria-pressed={room.id === selected} onClick={() => onSelect(room.id)}>
-                  <strong>{room.name}</strong> {isDiscovery(conflict) ? reviewTexts.isNew : describeScore(room)}
+                  <strong>{room.name}</strong> {describeRoom(conflict, room)}
                 </button>
               </li>
             ))}
@@ -42,6 +42,15 @@ export function Facts({ conflict, sensed, here, selected, onSelect }: FactsProps
       )}
       <section aria-labelledby="what-changed">
         <h2 id="what-changed">{reviewTexts.changes}</h2>
+        {sensed.confirmed.length > 0 && (
+          <ul>
+            {sensed.confirmed.map(({ room }) => (
+              <li key={room} data-change="confirmed">
+                {reviewTexts.confirmed(conflict.rooms.find(({ id }) => id === room)?.name ?? "")}
+              </li>
+            ))}
+          </ul>
+        )}
         {places.length === 0 ? (
           <p>{sensed.moved === null ? reviewTexts.apart : reviewTexts.noChanges}</p>
         ) : (
@@ -57,4 +66,9 @@ export function Facts({ conflict, sensed, here, selected, onSelect }: FactsProps
       </section>
     </div>
   );
+}
+
+function describeRoom(conflict: Conflict, room: Conflict["rooms"][number]): string {
+  if (isDiscovery(conflict)) return reviewTexts.isNew;
+  return conflict.kind === "drift" ? reviewTexts.slid(Math.round((1 - room.precision) * 100)) : describeScore(room);
 }

@@ -80,7 +80,7 @@ function Review(props: ReviewProps & { readonly floors: readonly Schemas["MapSum
         <Link href={QUESTIONS_PATH}>{reviewTexts.questions}</Link>
         <Link href={mapPath(conflict.robot, conflict.map)}>{title}</Link>
       </nav>
-      <h1>{isParked(conflict) ? texts.questions.parked : describeConflict(conflict)}</h1>
+      <h1>{isParked(conflict) ? texts.parked.title : describeConflict(conflict)}</h1>
     </header>
   );
   return (
@@ -119,7 +119,7 @@ function Parked({
       {heading}
       {conflict.decided_by !== null && <Ended conflict={conflict} head={head} situation={NOTHING_KNOWN} late={false} />}
       {conflict.decided_by === null && mission.data && (
-        <ParkedQuestion mission={mission.data} floors={floors} others={0} onPlaced={() => undefined} />
+        <ParkedQuestion mission={mission.data} floors={floors} others={0} titled={false} onPlaced={() => undefined} />
       )}
       {conflict.decided_by === null && (
         <AnswerList

@@ -2,13 +2,21 @@ import { useQueries } from "@tanstack/react-query";
 import { useMemo, useState } from "react";
 import { proposalQuery } from "../api/queries";
 import type { MapDocument } from "../map/document";
-import { type Conflict, isDiscovery } from "../map/questions";
+import { type Conflict, isDiscovery, isDoor } from "../map/questions";
 import { viewMap } from "../map/view";
 import { MapCanvas, type Selection } from "../viewer/MapCanvas";
 import { SwipeLayer } from "../viewer/SwipeLayer";
 import swipeClasses from "../viewer/SwipeLayer.module.css";
 import classes from "./Review.module.css";
-import { focusOf, proposedDocument, type Sensed, scene, seenDocument, shownProposals } from "./stage";
+import {
+  confirmedDocument,
+  focusOf,
+  proposedDocument,
+  type Sensed,
+  scene,
+  seenDocument,
+  shownProposals,
+} from "./stage";
 import { reviewTexts } from "./texts";
 
 interface StageProps {
@@ -48,7 +56,7 @@ export function Stage({ title, conflict, sensed, here, result, shown, onShow, se
     () => focusOf(conflict, document ? [here, document] : [here], sensed),
     [conflict, here, document, sensed],
   );
-  const left = useMemo(() => scene(here, { focus, sensed }), [here, focus, sensed]);
+  const left = useMemo(() => scene(confirmedDocument(here, sensed), { focus, sensed }), [here, focus, sensed]);
   const right = useMemo(
     () =>
       document
@@ -81,7 +89,7 @@ export function Stage({ title, conflict, sensed, here, result, shown, onShow, se
     >
       <fieldset className={`${swipeClasses.bar} ${classes.bar}`} aria-label={reviewTexts.view.label}>
         <button type="button" aria-pressed={share === 100} onClick={() => setShare(100)}>
-          {reviewTexts.view.before}
+          {sensed.confirmed.length > 0 ? reviewTexts.view.confirmed : reviewTexts.view.before}
         </button>
         <input
           type="range"
@@ -105,7 +113,11 @@ export function Stage({ title, conflict, sensed, here, result, shown, onShow, se
 
 function nameOf(action: Conflict["proposals"][number]["action"], conflict: Conflict, { taken }: Sensed): string {
   const { view } = reviewTexts;
-  if (isDiscovery(conflict) && action === "take_new") return view.own;
-  if (action === "take_new" && taken && conflict.default !== null) return view.now;
+  if (isDiscovery(conflict)) return action === "take_new" ? view.own : view.joined;
+  if (isDoor(conflict) && taken) return action === "take_new" ? view.door : view.now;
+  if (taken && conflict.default !== null) {
+    const isContradicted = conflict.kind === "connectivity";
+    return isContradicted && action === "take_new" ? view.joined : view.now;
+  }
   return view[action];
 }

@@ -66,13 +66,17 @@ describe("answers to a question", () => {
       "about a map that is in force",
       asked(["take_new"], { kind: "drift", cause: "drift", rooms: [room("r1")] }),
       TAKEN,
-      ["accept:p1 right r1", "reject leave r1", "temporary temporary"],
+      ["accept:p1 right r1", "reject leave r1"],
     ],
     [
       "about an open way where the map keeps rooms apart",
-      asked(["meta_dividers"], { kind: "connectivity", cause: "new_passage", rooms: [room("r1"), room("r2")] }),
+      asked(["meta_dividers", "take_new"], {
+        kind: "connectivity",
+        cause: "new_passage",
+        rooms: [room("r1"), room("r2")],
+      }),
       TAKEN,
-      ["accept:p1 apart r1+r2", "reject leave r1+r2", "temporary temporary"],
+      ["accept:p1 apart r1+r2", "accept:p2 together r1+r2", "reject leave r1+r2", "temporary temporary"],
     ],
     [
       "about a divider that was shut",

@@ -14,6 +14,7 @@ export type Saying =
   | "keepRepair"
   | "undoRepair"
   | "apart"
+  | "together"
   | "wall"
   | "leave"
   | "isDoor"
@@ -88,7 +89,8 @@ function sayingOf(conflict: Conflict, action: Conflict["proposals"][number]["act
       return "keep";
     case "take_new":
       if (settled) return "undoRepair";
-      return taken ? "right" : "takeNew";
+      if (!taken) return "takeNew";
+      return conflict.kind === "connectivity" ? "together" : "right";
     default:
       if (settled) return "keepRepair";
       if (!taken) return "repaired";
@@ -120,5 +122,6 @@ function refusing(conflict: Conflict, { taken }: Situation): Answer[] {
   if (isDoor(conflict)) return offers("keep_previous") ? [temporary] : [reject("noDoor")];
   if (isSettled(conflict)) return offers("take_new") || offers("keep_previous") ? [] : [reject("undoRepair")];
   if (offers("keep_previous")) return [temporary];
+  if (conflict.kind === "drift") return [reject("leave")];
   return [reject(taken ? "leave" : "keep"), temporary];
 }

@@ -30,6 +30,13 @@ export function proposedDocument(document: MapDocument, conflict: Conflict, sens
   return document.mission === conflict.mission ? document : carried(document, sensed.moved_now);
 }
 
+/** With the rooms that drifted where somebody last confirmed them. */
+export function confirmedDocument(document: MapDocument, { confirmed }: Sensed): MapDocument {
+  const places = new Map(confirmed.map(({ room, geometry }) => [room, geometry]));
+  const placed = (feature: MapFeature) => ({ ...feature, geometry: places.get(feature.id) ?? feature.geometry });
+  return { ...document, features: document.features.map(placed) as MapFeature[] };
+}
+
 /** Nothing but the robot's picture. */
 export function seenDocument(like: MapDocument, sensed: Sensed): MapDocument {
   return { ...like, version: 0, frame: sensed.frame, grid: sensed.grid, cells: sensed.cells, features: [] };
@@ -44,7 +51,7 @@ export function focusOf(conflict: Conflict, documents: readonly MapDocument[], s
   const all = documents.flatMap(({ features }) => features);
   const named = all.filter((one) => (rooms.size > 0 ? rooms.has(one.id) : ids.has(one.id)) || isNew(one));
   const proposed = conflict.proposals.flatMap(({ features }) => features.filter(isAddition));
-  const shapes: readonly Pick<MapFeature, "geometry">[] = [...named, ...proposed];
+  const shapes: readonly Pick<MapFeature, "geometry">[] = [...named, ...proposed, ...sensed.confirmed];
   const largest = sensed.differences[0]?.geometry.coordinates[0] ?? [];
   return focusOn(shapes.length > 0 ? shapes.flatMap(pointsOf) : largest);
 }
@@ -73,7 +80,10 @@ export function scene(document: MapDocument, { focus, sensed, proposal, bounds }
       ...view,
       bounds: bounds ?? view.bounds,
       focus,
-      changed: sensed.differences.map(({ change, geometry }) => ({ change, rings: geometry.coordinates })),
+      changed: [
+        ...sensed.differences.map(({ change, geometry }) => ({ change, rings: geometry.coordinates })),
+        ...sensed.confirmed.map(({ geometry }) => ({ change: "confirmed" as const, rings: geometry.coordinates })),
+      ],
       proposed: proposal?.features.filter(isAddition) ?? [],
     },
   };

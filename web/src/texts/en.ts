@@ -59,7 +59,7 @@ export const en = {
     of: (map: string, robot: string) => `${map} · ${robot}`,
     opened: "asked",
     again: (n: number) => `met again ${n === 1 ? "once" : `${n} times`}`,
-    until: "stays as it is by itself",
+    until: (when: string) => `Stays as it is if nobody answers by ${when}.`,
     all: "Answer all as recommended",
     newest: (n: number) => `These are the newest ${n}; the others follow as they are answered.`,
     settled: "Settled by stillroom",
@@ -226,7 +226,7 @@ export const en = {
     gained: (percent: number) => `${percent} % of its shape is new`,
     gone: "not found any more",
     notVisited: "not visited, left as it was",
-    failed: "did not fit",
+    failed: "too much to be taken by itself",
   },
   problem: {
     offline: "The service can't be reached.",

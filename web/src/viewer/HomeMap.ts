@@ -22,8 +22,9 @@ import { GridLayer, type GridPicture } from "./GridLayer";
 import { outline, shapes, VECTOR_LAYERS, type VectorLayerName } from "./shapes";
 
 const METRES = new Projection({ code: "stillroom:home", units: "m" });
-/** Room for what lies over the map, at the top, right, bottom and left: tools beside it on wide screens, above it on narrow ones. */
-const FIT_PADDING_PX = { wide: [40, 84, 124, 40], narrow: [76, 16, 124, 16] } as const;
+/** Room for what lies over the map, at the top, right and left: tools beside it on wide screens, above it on narrow ones. */
+const FIT_PADDING_PX = { wide: [40, 84, 40], narrow: [70, 16, 16] } as const;
+const LEAST_BELOW_PX = 16;
 const NARROW_PX = 600;
 const CLOSEST_M_PER_PX = 0.003;
 /** How far out one can zoom: the home is then this share of the size that fits. */
@@ -43,6 +44,8 @@ export class HomeMap {
   private selected: string | null = null;
   /** Whether a person has moved the map; until then it follows the size of the window. */
   private moved = false;
+  /** Pixels of the lower edge that something lies over. */
+  private below = LEAST_BELOW_PX;
 
   constructor(target: HTMLElement, onSelect: (roomId: string | null) => void) {
     this.easeMs = matchMedia("(prefers-reduced-motion: reduce)").matches ? 0 : EASE_MS;
@@ -118,10 +121,17 @@ export class HomeMap {
   fitTo(bounds: Bounds, duration: number = this.easeMs): boolean {
     const [width = 0, height = 0] = this.map.getSize() ?? [];
     if (width === 0 || height === 0) return false;
-    const padding = [...FIT_PADDING_PX[width < NARROW_PX ? "narrow" : "wide"]];
+    const [top, right, left] = FIT_PADDING_PX[width < NARROW_PX ? "narrow" : "wide"];
+    const padding = [top, right, this.below, left];
     this.map.getView().fit([...bounds], { size: [width, height], padding, duration });
     this.moved = true;
     return true;
+  }
+
+  /** Keeps what is shown above what lies over the lower edge. */
+  keepAbove(pixels: number): void {
+    this.below = Math.max(LEAST_BELOW_PX, pixels);
+    if (!this.moved) this.fit(0);
   }
 
   /** Shows the same part as another one. Answers with the function that ends it. */

@@ -16,6 +16,9 @@ export interface Selection {
   readonly centre: boolean;
 }
 
+/** Between the map and what lies over it, and from there to the edge. */
+const BESIDE_PX = 16;
+
 export const NOTHING: Selection = { room: null, centre: false };
 
 interface MapCanvasProps {
@@ -34,6 +37,7 @@ interface MapCanvasProps {
 
 export function MapCanvas({ title, document, view, selection, onSelect, onMap, over, children }: MapCanvasProps) {
   const target = useRef<HTMLDivElement>(null);
+  const below = useRef<HTMLDivElement>(null);
   const [map, setMap] = useState<HomeMap | null>(null);
   const [hidden, setHidden] = useState<ReadonlySet<Layer>>(new Set());
   const scheme = useComputedColorScheme("light", { getInitialValueInEffect: false });
@@ -61,6 +65,15 @@ export function MapCanvas({ title, document, view, selection, onSelect, onMap, o
   useEffect(() => {
     for (const layer of LAYERS) map?.setVisible(layer, !hidden.has(layer));
   }, [map, hidden]);
+
+  useEffect(() => {
+    const { current } = below;
+    if (!map || !current) return;
+    const look = () => map.keepAbove(current.offsetHeight + 2 * BESIDE_PX);
+    const watch = new ResizeObserver(look);
+    watch.observe(current);
+    return () => watch.disconnect();
+  }, [map]);
 
   const present = useMemo(() => presentLayers(view), [view]);
 
@@ -92,7 +105,7 @@ export function MapCanvas({ title, document, view, selection, onSelect, onMap, o
         hidden={hidden}
         onToggle={(layer) => setHidden((before) => toggled(before, layer))}
       />
-      <div className={classes.below}>
+      <div ref={below} className={classes.below}>
         {failed && (
           <p className={classes.failed} role="alert">
             {texts.map.gridFailed}

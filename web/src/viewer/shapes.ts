@@ -33,6 +33,14 @@ export const VECTOR_LAYERS = [
 export type VectorLayerName = (typeof VECTOR_LAYERS)[number];
 type Shapes = Readonly<Record<Exclude<VectorLayerName, "selection">, Feature[]>>;
 
+const CHANGES = {
+  opened: "gained",
+  found: "gained",
+  blocked: "lost",
+  unseen: "lost",
+  confirmed: "confirmed",
+} as const;
+
 const FONTS: Readonly<Record<LabelPart, string>> = {
   name: "600 15px 'Figtree Variable', sans-serif",
   area: "500 13px 'Figtree Variable', sans-serif",
@@ -71,9 +79,7 @@ export function shapes(view: MapView, scheme: Scheme): Shapes {
       ),
       ...view.metaDividers.map(({ geometry }) => styled(shape(geometry), toStyle({ stroke: style.metaDivider }))),
     ],
-    changed: view.changed.map(({ change, rings }) =>
-      styled(polygon(rings), toStyle(change === "opened" || change === "found" ? style.gained : style.lost)),
-    ),
+    changed: view.changed.map(({ change, rings }) => styled(polygon(rings), toStyle(style[CHANGES[change]]))),
     proposed: view.proposed.map(({ geometry }) => styled(shape(geometry), toStyle({ stroke: style.proposed }))),
     names: names(view, scheme),
   };
