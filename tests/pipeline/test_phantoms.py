@@ -68,6 +68,19 @@ def test_a_part_of_a_room_can_be_a_phantom(mapped: SemanticMap) -> None:
     assert violations(result.map, MIRROR.grid, PARAMS.wall_reach_m) == ()
 
 
+@pytest.mark.parametrize("x", [3.05, 3.15, 3.2, 3.35, 3.6, 3.9])
+@pytest.mark.parametrize("slant", [0.0, 0.1])
+def test_what_a_phantom_leaves_of_a_room_goes_with_it_and_no_mission_looks_for_it(
+    mapped: SemanticMap, x: float, slant: float
+) -> None:
+    """Nobody draws along a doorway to the centimetre."""
+    result = apply_edits(mapped, [MarkPhantom(((x, 0.1), (5.5, 0.1), (5.5, 1.9), (x + slant, 1.9)))])
+    (room,) = result.map.rooms
+    assert violations(result.map, MIRROR.grid, PARAMS.wall_reach_m) == ()
+    update = update_map(result.map, Mission("2", MIRROR.grid, Motion.rigid(Pose())))
+    assert (update.outcome, [r.id for r in update.map.rooms]) == ("updated", [room.id]), update.reason
+
+
 def test_a_phantom_stays_away_in_every_later_mission_and_moves_with_the_map(mapped: SemanticMap) -> None:
     current = marked(mapped)
     before = current.rooms[0]

@@ -23,6 +23,8 @@ Gaps = npt.NDArray[np.float64]
 LONGEST_NAME = 64
 END_M = 0.01
 """A divider's end nearer than this to a wall or divider ends on it."""
+CUT_BACK = "/operations"
+"""Where the new line of a divider came from that a phantom cut back."""
 JOINERS = "\u200c\u200d"
 """Characters that join letters and emoji: the only invisible ones in a name."""
 

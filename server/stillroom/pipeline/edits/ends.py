@@ -11,7 +11,7 @@ from stillroom.errors import Fault
 from stillroom.maps.geometry import Line, as_line, as_points
 from stillroom.maps.semantics import Divider
 from stillroom.pipeline.dividers import Adrift, attach
-from stillroom.pipeline.edits.draft import END_M, Draft, faults
+from stillroom.pipeline.edits.draft import CUT_BACK, END_M, Draft, faults
 from stillroom.pipeline.edits.operations import AddDivider, Fix, MoveDivider, RemoveDivider
 from stillroom.pipeline.params import Params
 
@@ -35,7 +35,12 @@ def attach_drawn(draft: Draft, floor: MultiPolygon, params: Params) -> Draft:
             else:
                 settled[divider_id] = found.line
                 draft = draft.put(replace(divider, line=found.line))
-        if len(adrift) == len(waiting):
+        stubs = {divider.id for divider, pointer, _ in adrift if pointer == CUT_BACK}
+        if len(adrift) == len(waiting) and stubs:
+            # what a phantom left of a divider, and nobody drew, need not be one
+            draft = replace(draft, dividers=tuple(d for d in draft.dividers if d.id not in stubs))
+            adrift = [entry for entry in adrift if entry[0].id not in stubs]
+        elif len(adrift) == len(waiting):
             lines = list(settled.values())
             fixes = [_extended(draft, divider, pointer, floor, lines) for divider, pointer, _ in adrift]
             raise faults(

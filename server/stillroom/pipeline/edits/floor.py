@@ -10,9 +10,9 @@ from shapely import LineString, MultiPolygon, Polygon
 
 from stillroom.maps.geometry import GRID_M, Line, as_line, as_points, as_tuples, polygons_in
 from stillroom.maps.meta import MetaDivider
-from stillroom.maps.semantics import Clutter, Divider, Ids, Phantom, Wall
+from stillroom.maps.semantics import Clutter, Divider, Ids, Phantom, Room, Wall
 from stillroom.pipeline.dividers import SHORTEST_M
-from stillroom.pipeline.edits.draft import END_M, Draft, fault
+from stillroom.pipeline.edits.draft import CUT_BACK, END_M, Draft, fault
 from stillroom.pipeline.params import Params
 
 NARROW_M = 0.3
@@ -34,16 +34,17 @@ def cut_phantoms(draft: Draft, floor: MultiPolygon, params: Params) -> tuple[Dra
     if not phantoms:
         return draft, floor
     area = shapely.union_all([Polygon(phantom.shape) for phantom in phantoms])
+    area = shapely.union_all([area, *_scraps(draft.previous.rooms, area, params)])
     parts = polygons_in(_without_slivers(shapely.difference(floor, area, grid_size=GRID_M), area))
-    cut = shapely.distance(parts, area) < END_M if parts else []
-    kept = [p for p, touched in zip(parts, cut, strict=True) if not touched or p.area >= params.room_area_m2]
+    before = shapely.STRtree(polygons_in(floor))
+    kept = [p for p in parts if p.area >= params.room_area_m2 or _is_whole(p, before)]
     if not kept:
         raise fault("/operations", "Nothing would be left of the map.")
     left = shapely.orient_polygons(MultiPolygon(kept))
     on_floor = shapely.buffer(left, END_M, quad_segs=1)
     dividers = _cut_back(draft.dividers, on_floor)
     before = {divider.id: divider.line for divider in draft.dividers}
-    cut_now = {d.id: draft.drawn.get(d.id, "/operations") for d in dividers if d.line != before[d.id]}
+    cut_now = {d.id: draft.drawn.get(d.id, CUT_BACK) for d in dividers if d.line != before[d.id]}
     there = {d.id for d in dividers}
     shortened = replace(
         draft,
@@ -52,6 +53,20 @@ def cut_phantoms(draft: Draft, floor: MultiPolygon, params: Params) -> tuple[Dra
         drawn={d: pointer for d, pointer in draft.drawn.items() if d in there} | cut_now,
     )
     return shortened, left
+
+
+def _scraps(rooms: Sequence[Room], area: shapely.Geometry, params: Params) -> list[shapely.Geometry]:
+    """What is left of rooms of which most goes."""
+    polygons = np.array([room.polygon for room in rooms], dtype=object)
+    left = shapely.difference(polygons, area, grid_size=GRID_M)
+    size, was = shapely.area(left), shapely.area(polygons)
+    return list(left[(size < was / 2) & (size < params.room_area_m2)])
+
+
+def _is_whole(part: Polygon, before: shapely.STRtree) -> bool:
+    """Whether a part of the floor is as large as it was."""
+    (was,) = before.geometries[before.query(part.representative_point(), predicate="within")]
+    return bool(part.area > was.area - END_M)
 
 
 def _without_slivers(floor: shapely.Geometry, area: shapely.Geometry) -> shapely.Geometry:
