@@ -1,6 +1,7 @@
 """Who may do what: every route, every kind of caller."""
 
 from datetime import UTC, datetime
+from urllib.parse import quote
 
 import pytest
 import sqlalchemy as sa
@@ -182,6 +183,38 @@ def test_a_sign_in_link_works_once_and_gives_a_cookie_that_scripts_cannot_read(s
     browser = service.http.get(link, headers={"Accept": "text/html"}, follow_redirects=False)
     assert (browser.status_code, browser.headers["Location"]) == (303, "/")
     assert "Set-Cookie" not in browser.headers
+
+
+QUESTION = "/robots/RB%201/maps/ground/conflicts/c1?answer=accept:p1"
+
+
+@pytest.mark.parametrize(
+    ("wanted", "page"),
+    [
+        (QUESTION, QUESTION),
+        ("", "/"),
+        ("questions", "/"),
+        ("//evil.test", "/"),
+        ("///evil.test", "/"),
+        ("/\\evil.test", "/"),
+        ("\\\\evil.test", "/"),
+        ("/\t/evil.test", "/"),
+        ("/questions\r\nSet-Cookie: a=b", "/"),
+        ("https://evil.test/", "/"),
+        ("javascript:alert(1)", "/"),
+        ("/é", "/"),
+        ("/" + "a" * 1001, "/"),
+    ],
+)
+def test_signing_in_leads_on_to_a_page_of_this_service_and_nowhere_else(
+    service: Service, wanted: str, page: str
+) -> None:
+    link = f"/login?token={new_login_link(service.database)}"
+    cookie = f"stillroom_next={quote(wanted, safe='')}"
+    answer = service.http.get(link, headers={"Cookie": cookie}, follow_redirects=False)
+    assert (answer.status_code, answer.headers["Location"]) == (303, page)
+    forgets = [value for value in answer.headers.get_list("Set-Cookie") if value.startswith("stillroom_next=")]
+    assert ["Max-Age=0" in value and "Path=/login" in value for value in forgets] == [True]
 
 
 def test_a_session_ends_when_its_owner_signs_out(service: Service) -> None:

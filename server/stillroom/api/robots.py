@@ -1,6 +1,8 @@
 """Robots and who calls."""
 
+import re
 from typing import Annotated
+from urllib.parse import unquote
 
 from fastapi import APIRouter, Depends, Query, Request
 from starlette.responses import RedirectResponse, Response
@@ -11,6 +13,9 @@ from stillroom.errors import Unauthenticated
 from stillroom.service import accounts, maps
 
 router = APIRouter()
+NEXT_COOKIE = "stillroom_next"
+"""The app's page, percent-encoded, that somebody who was signed out wanted to see."""
+_OWN_PAGE = re.compile(r"/(?!/)[!-\[\]-~]{0,1000}", re.ASCII)
 
 
 @router.post("/api/v1/robots", status_code=201, response_model=api.CreatedRobot, dependencies=[Depends(operator_only)])
@@ -46,8 +51,10 @@ def sign_out(request: Request, service: Service, _who: Caller) -> Response:
 
 @router.get("/login", include_in_schema=False)
 def sign_in(request: Request, service: Service, token: Annotated[str, Query(max_length=200)]) -> Response:
-    """A one-time link's target."""
-    response = RedirectResponse("/", 303, {"Referrer-Policy": "no-referrer"})
+    """A one-time link's target: on to the page that was wanted."""
+    response = RedirectResponse(_page_wanted(request), 303, {"Referrer-Policy": "no-referrer"})
+    if NEXT_COOKIE in request.cookies:
+        response.delete_cookie(NEXT_COOKIE, "/login")
     try:
         cookie = accounts.sign_in(service.database, token)
     except Unauthenticated:
@@ -63,3 +70,9 @@ def sign_in(request: Request, service: Service, token: Annotated[str, Query(max_
         secure=request.url.scheme == "https",
     )
     return response
+
+
+def _page_wanted(request: Request) -> str:
+    """A path of this service, whatever the cookie says: never another site's address (`//other`, `/\\other`)."""
+    wanted = unquote(request.cookies.get(NEXT_COOKIE, ""))
+    return wanted if _OWN_PAGE.fullmatch(wanted) else "/"

@@ -37,6 +37,7 @@ export const de: Texts = {
     again:
       "Ist der Link verbraucht oder nicht zur Hand? Machen Sie einen neuen auf dem Rechner, auf dem der Dienst läuft:",
     once: "Jeder Link lässt einen Browser ein, einmal.",
+    back: "In diesem Browser geöffnet, führt er wieder auf diese Seite.",
     check: "Ich bin angemeldet: weiter",
   },
   maps: {

@@ -32,6 +32,7 @@ export const en = {
     start: "Open the one-time link that the service printed when it was started:",
     again: "Is that link used up or out of reach? Make another on the machine that runs the service:",
     once: "Each link lets one browser in, once.",
+    back: "Opened in this browser, it leads back to this page.",
     check: "I have signed in: look again",
   },
   maps: {
