@@ -6,7 +6,7 @@ NPM := $(if $(shell npm --version 2>/dev/null | grep -E '^([1-9]|10)[.]'),npx --
 WEB_SOURCES := $(shell git ls-files web 2>/dev/null || find web -type f -not -path '*/node_modules/*')
 PORT ?= 8000
 
-.PHONY: help setup run test check bench bench-registration bench-browser bench-segmentation bench-updates fit-cuts client browser
+.PHONY: help setup run test check bench bench-registration bench-browser bench-fleet bench-segmentation bench-updates fit-cuts client browser
 
 help:  ## what can be made
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -45,6 +45,9 @@ bench-registration: setup  ## real maps (../shared/data) without tracking: which
 bench-updates: setup  ## rates of errors over 8,500 simulated missions, pictures of each error (RESUME=--resume goes on)
 	$(BIN)/stillroom benchmark --severity middle --robots 25 --missions 17 --seeds 20 $(RESUME) \
 	  --out bench-updates/missions.jsonl --pictures bench-updates/pictures
+
+bench-fleet: setup  ## a dashboard's questions about 1,000,000 missions of 10,000 robots, on both engines (some minutes)
+	$(BIN)/python -m tests.service.fleet.bench_fleet
 
 client: setup  ## the web app's API client, generated from the service's OpenAPI document
 	cd web && $(NPM) run --silent client

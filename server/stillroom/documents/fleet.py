@@ -144,7 +144,7 @@ class CauseRow(Document):
     settled: int
     """Taken all the same: the meta layer helped."""
     trend: list[TrendPoint]
-    """Days without any are left out."""
+    """By day; from three months on by week, each named by its Monday. Those without any are left out."""
     muted_until: datetime | None
     muted_by: str | None
     note: str | None

@@ -12,11 +12,11 @@ from stillroom.store.fleet import MEASURES
 from stillroom.store.fleet_tables import counted, fleet_cause, fleet_day, fleet_failure_day, fleet_robot, uncounted
 from stillroom.store.rows import as_row, as_row_or_none, columns
 from stillroom.store.tables import map_, mission, robot
+from stillroom.store.tallies import WIDTH
 
 Dimension = Literal["day", "firmware", "model", "algorithm", "size"]
 DIMENSIONS: tuple[Dimension, ...] = ("firmware", "model", "algorithm", "size")
 TALLIES = ("missions", *MEASURES)
-_CODE = 4
 
 
 @dataclass(frozen=True)
@@ -60,8 +60,7 @@ class Failures:
     """Missions that failed by one cause."""
 
     cause_id: int
-    key: str
-    """Day, or outcome: what they were asked by."""
+    outcome: str
     robots: str
     """A tally."""
 
@@ -105,33 +104,50 @@ def first_day(tx: Transaction) -> date | None:
     return found
 
 
-def failures(tx: Transaction, of: Selection, by: Literal["day", "outcome"]) -> list[Failures]:
-    key = fleet_failure_day.c[by]
+def failures(tx: Transaction, of: Selection, cause_id: int | None = None) -> list[Failures]:
+    """By cause and outcome; of all causes, or of one."""
+    table = fleet_failure_day
     query = (
-        sa.select(
-            fleet_failure_day.c.cause_id,
-            key.label("key"),
-            sa.func.aggregate_strings(fleet_failure_day.c.robots, "").label("robots"),
-        )
-        .where(*_within(fleet_failure_day, of, without="algorithm"))
-        .group_by(fleet_failure_day.c.cause_id, key)
-        .order_by(fleet_failure_day.c.cause_id, key)
+        sa.select(table.c.cause_id, table.c.outcome, sa.func.aggregate_strings(table.c.robots, "").label("robots"))
+        .where(*_failed_within(of, cause_id))
+        .group_by(table.c.cause_id, table.c.outcome)
+        .order_by(table.c.cause_id, table.c.outcome)
     )
-    if of.algorithm:
-        query = query.join(fleet_cause).where(fleet_cause.c.algorithm.in_(of.algorithm))
-    return [Failures(row.cause_id, str(row.key), row.robots) for row in tx.execute(query)]
+    return [as_row(Failures, row) for row in tx.execute(query) if row.robots]
+
+
+def trends(tx: Transaction, of: Selection, cause_id: int | None = None) -> Mapping[int, list[tuple[date, int]]]:
+    """How many missions failed by each cause on each day that had any."""
+    table = fleet_failure_day
+    query = (
+        sa.select(table.c.cause_id, table.c.day, sa.func.sum(sa.func.length(table.c.robots)))
+        .where(*_failed_within(of, cause_id))
+        .group_by(table.c.cause_id, table.c.day)
+        .order_by(table.c.cause_id, table.c.day)
+    )
+    found: dict[int, list[tuple[date, int]]] = {}
+    for cause, day, length in tx.execute(query).all():
+        if length:
+            found.setdefault(cause, []).append((day, int(length) // WIDTH))
+    return found
+
+
+def failed(tx: Transaction, of: Selection) -> int:
+    """How many missions failed, by whatever cause."""
+    length = tx.execute(
+        sa.select(sa.func.sum(sa.func.length(fleet_failure_day.c.robots))).where(*_failed_within(of, None))
+    ).scalar()
+    return int(length or 0) // WIDTH
 
 
 def shares(tx: Transaction, of: Selection, cause_id: int) -> Mapping[str, Mapping[str, int]]:
     """How many of the missions that failed by a cause had which firmware, model and size."""
     table = fleet_failure_day
     found: dict[str, Mapping[str, int]] = {}
-    count = sa.func.sum(sa.func.length(table.c.robots)) / _CODE
+    length = sa.func.sum(sa.func.length(table.c.robots))
     for name in ("firmware", "model", "size"):
-        query = sa.select(table.c[name], sa.cast(count, sa.Integer)).where(
-            table.c.cause_id == cause_id, *_within(table, of, without="algorithm")
-        )
-        found[name] = {row[0]: row[1] for row in tx.execute(query.group_by(table.c[name])) if row[1]}
+        query = sa.select(table.c[name], length).where(*_failed_within(of, cause_id)).group_by(table.c[name])
+        found[name] = {value: int(size) // WIDTH for value, size in tx.execute(query) if size}
     return found
 
 
@@ -205,6 +221,14 @@ def waiting(tx: Transaction) -> int:
     """Missions that were processed and are not in the tallies yet."""
     found: int = tx.execute(sa.select(sa.func.count()).select_from(uncounted)).scalar_one()
     return found
+
+
+def _failed_within(of: Selection, cause_id: int | None) -> list[sa.ColumnElement[bool]]:
+    where = _within(fleet_failure_day, of, without="algorithm")
+    if of.algorithm:
+        same = sa.select(fleet_cause.c.id).where(fleet_cause.c.algorithm.in_(of.algorithm))
+        where.append(fleet_failure_day.c.cause_id.in_(same))
+    return where if cause_id is None else [*where, fleet_failure_day.c.cause_id == cause_id]
 
 
 def _within(table: sa.Table, of: Selection, without: str = "") -> list[sa.ColumnElement[bool]]:

@@ -1,6 +1,6 @@
 """What missions fail by, in groups that have one cause; each with a state that says whether somebody has to look."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import date, datetime, timedelta
 
 import numpy as np
@@ -27,6 +27,8 @@ from stillroom.store.tallies import WIDTH, decode
 
 RECENT = timedelta(days=7)
 """So long a cause is new, or has come back."""
+WEEKLY_FROM = 92
+"""Days, from which on a trend has weeks."""
 
 
 def causes(database: Database, asked: Asked, state: CauseState | None, limit: int) -> CausesDocument:
@@ -35,9 +37,9 @@ def causes(database: Database, asked: Asked, state: CauseState | None, limit: in
     waiting = catch_up(database)
     with database.read() as tx:
         rows = {row.id: row for row in fleet_figures.causes(tx)}
-        days, outcomes, now = *_met(tx, of), clock.now(tx)
-    total = sum(_count(failures) for of_cause in days.values() for failures in of_cause)
-    found = [_item(rows[cause_id], days[cause_id], outcomes[cause_id], total, now, of) for cause_id in days]
+        outcomes, trends, now = _grouped(fleet_figures.failures(tx, of)), fleet_figures.trends(tx, of), clock.now(tx)
+    total = sum(_count(failures) for of_cause in outcomes.values() for failures in of_cause)
+    found = [_item(rows[cause_id], outcomes[cause_id], trends[cause_id], total, now, of) for cause_id in outcomes]
     if state is not None:
         found = [item for item in found if item.state == state]
     found.sort(key=lambda item: (-item.missions, item.id))
@@ -50,10 +52,10 @@ def cause(database: Database, asked: Asked, key: str) -> CauseDocument:
     catch_up(database)
     with database.read() as tx:
         row = _find(tx, key)
-        days, outcomes = _met(tx, of)
-        shares, now = fleet_figures.shares(tx, of, row.id), clock.now(tx)
-    total = sum(_count(failures) for of_cause in days.values() for failures in of_cause)
-    item = _item(row, days.get(row.id, ()), outcomes.get(row.id, ()), total, now, of)
+        outcomes = fleet_figures.failures(tx, of, row.id)
+        trend = fleet_figures.trends(tx, of, row.id).get(row.id, [])
+        shares, total, now = fleet_figures.shares(tx, of, row.id), fleet_figures.failed(tx, of), clock.now(tx)
+    item = _item(row, outcomes, trend, total, now, of)
     return CauseDocument.model_validate(item.model_dump() | dict(shares))
 
 
@@ -128,17 +130,19 @@ def _find(tx: Transaction, key: str) -> CauseRow:
     return row
 
 
-def _met(tx: Transaction, of: Selection) -> tuple[Mapping[int, list[Failures]], Mapping[int, list[Failures]]]:
-    """By cause: its missions by day, and by outcome."""
-    return _grouped(fleet_figures.failures(tx, of, "day")), _grouped(fleet_figures.failures(tx, of, "outcome"))
-
-
 def _grouped(found: Sequence[Failures]) -> dict[int, list[Failures]]:
     groups: dict[int, list[Failures]] = {}
     for failures in found:
-        if failures.robots:
-            groups.setdefault(failures.cause_id, []).append(failures)
+        groups.setdefault(failures.cause_id, []).append(failures)
     return groups
+
+
+def _trend(days: Sequence[tuple[date, int]], weekly: bool) -> list[TrendPoint]:
+    counts: dict[date, int] = {}
+    for day, missions in days:
+        at = day - timedelta(days=day.weekday()) if weekly else day
+        counts[at] = counts.get(at, 0) + missions
+    return [TrendPoint(day=day, missions=missions) for day, missions in counts.items()]
 
 
 def _count(failures: Failures) -> int:
@@ -146,10 +150,15 @@ def _count(failures: Failures) -> int:
 
 
 def _item(
-    row: CauseRow, days: Sequence[Failures], outcomes: Sequence[Failures], total: int, now: datetime, of: Selection
+    row: CauseRow,
+    outcomes: Sequence[Failures],
+    days: Sequence[tuple[date, int]],
+    total: int,
+    now: datetime,
+    of: Selection,
 ) -> CauseItem:
-    counts = {failures.key: _count(failures) for failures in outcomes}
-    missions = sum(map(_count, days))
+    counts = {failures.outcome: _count(failures) for failures in outcomes}
+    missions = sum(counts.values())
     asked = {failures: counts.get(failures, 0) for failures in ("reverted", "needs_review", "parked")}
     query = f"from={of.first}&to={of.last}"
     return CauseItem(
@@ -169,7 +178,7 @@ def _item(
         needs_review=asked["needs_review"],
         parked=asked["parked"],
         settled=missions - sum(asked.values()),
-        trend=[TrendPoint(day=date.fromisoformat(failures.key), missions=_count(failures)) for failures in days],
+        trend=_trend(days, (of.last - of.first).days >= WEEKLY_FROM),
         muted_until=row.muted_until if is_muted(row, now) else None,
         muted_by=row.muted_by if is_muted(row, now) else None,
         note=row.mute_note if is_muted(row, now) else None,

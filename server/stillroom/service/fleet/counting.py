@@ -1,6 +1,6 @@
 """The fleet's figures follow what is processed: each mission is counted once, after it is done, by whoever finds it first."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC
 from hashlib import sha256
 
@@ -95,12 +95,20 @@ def _count(tx: Transaction) -> None:
     missions = fleet.to_count(tx, BATCH)
     if not missions:
         return
+    met = fleet.met(tx, [mission.id for mission in missions if is_counted(mission)])
+    count_missions(tx, missions, met)
+
+
+def count_missions(tx: Transaction, missions: Sequence[Processed], met: Mapping[int, Met]) -> None:
+    """`met`: the conflict that says most, of those that met one. Counting must be held."""
     counted = [mission for mission in missions if is_counted(mission)]
-    met = fleet.met(tx, [mission.id for mission in counted])
     numbers = fleet.robot_numbers(tx, (mission.robot_id for mission in counted))
+    causes: dict[str, int] = {}
     facts = []
-    for mission in counted:
+    for mission in sorted(counted, key=lambda mission: mission.finished_at):
         found = fingerprint(mission, met.get(mission.id))
+        if found is not None:
+            causes[found.key] = fleet.see_cause(tx, found, mission.finished_at)
         facts.append(
             Counted(
                 mission_id=mission.id,
@@ -112,7 +120,7 @@ def _count(tx: Transaction) -> None:
                 size=size_of(mission.rooms),
                 outcome=mission.outcome,
                 failed=failed_rows(mission),
-                cause_id=None if found is None else fleet.see_cause(tx, found, mission.finished_at),
+                cause_id=None if found is None else causes[found.key],
             )
         )
     fleet.count(tx, [mission.id for mission in missions], facts)

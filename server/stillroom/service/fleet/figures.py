@@ -103,11 +103,7 @@ def _sums(decoded: Mapping[str, _Decoded], groups: int, robots: int, same: bool)
         judged = _Base(missions, last - first)
         for name in MEASURES:
             events = _part(decoded[name], first, last)
-            if name == "parked":
-                entered = _matrix(decoded["parked"], first, last, robots)
-                parts[name].append(_clustered(_Base(missions + entered, last - first), events, robots))
-            else:
-                parts[name].append(_clustered(judged, events, robots))
+            parts[name].append(_clustered(judged, events, robots, joined=name == "parked"))
     return {name: _joined(part) for name, part in parts.items()}
 
 
@@ -118,28 +114,34 @@ class _Base:
         self._matrix, self.groups = matrix, groups
         self.shared = len(matrix) == 1
         self.observations = self._each(matrix.sum(1))
-        self.clusters = self._each((matrix > 0).sum(1))
+        self.clusters = self._each(np.count_nonzero(matrix, axis=1))
         self.squares = self._each(np.einsum("ij,ij->i", matrix, matrix))
 
-    def of(self, events: _Decoded) -> Integers:
-        """For each event the missions of its robot in its group."""
-        return np.asarray(self._matrix[np.zeros_like(events.groups) if self.shared else events.groups, events.robots])
+    def at(self, groups: Integers, robots: Integers) -> Integers:
+        """How many missions these robots have in these groups."""
+        return np.asarray(self._matrix[np.zeros_like(groups) if self.shared else groups, robots])
 
     def _each(self, values: Integers) -> Integers:
         return np.broadcast_to(values, (self.groups,)) if self.shared else values
 
 
-def _clustered(base: _Base, events: _Decoded, robots: int) -> Clustered:
+def _clustered(base: _Base, events: _Decoded, robots: int, joined: bool) -> Clustered:
+    """`joined`: the events are no part of the missions of `base`, but observations beside them."""
     keys, counts = np.unique(events.groups * robots + events.robots, return_counts=True)
-    squares = np.bincount(keys // robots, weights=counts.astype(np.float64) ** 2, minlength=base.groups)
-    products = np.bincount(events.groups, weights=base.of(events), minlength=base.groups)
+    groups = keys // robots
+    before = base.at(groups, keys % robots)
+
+    def each(values: Integers) -> Floats:
+        return np.asarray(np.bincount(groups, weights=values, minlength=base.groups), np.float64)
+
+    more = counts if joined else np.zeros_like(counts)
     return Clustered(
-        observations=base.observations,
-        clusters=base.clusters,
-        squares=base.squares.astype(np.float64),
-        events=np.bincount(events.groups, minlength=base.groups),
-        event_squares=np.asarray(squares, np.float64),
-        products=np.asarray(products, np.float64),
+        observations=base.observations + each(more).astype(np.int64),
+        clusters=base.clusters + (each(before == 0).astype(np.int64) if joined else 0),
+        squares=base.squares + each(2 * before * more + more * more),
+        events=each(counts).astype(np.int64),
+        event_squares=each(counts * counts),
+        products=each(counts * (before + more)),
     )
 
 

@@ -136,11 +136,11 @@ def _by_cause(tx: Transaction, of: Selection) -> list[Group]:
     """How missions failed by each."""
     causes = {row.id: row for row in fleet_figures.causes(tx)}
     found: dict[str, dict[str, list[str]]] = {}
-    for failures in fleet_figures.failures(tx, of, "outcome"):
+    for failures in fleet_figures.failures(tx, of):
         cause = causes[failures.cause_id]
         tally = found.setdefault(cause.cause, {name: [] for name in MEASURES})
         names = list(ROWS[: _FAILED_ROWS.get(cause.stage, 0)])
-        for name in [*names, *(failures.key,) * (failures.key in MEASURES)]:
+        for name in [*names, *(failures.outcome,) * (failures.outcome in MEASURES)]:
             tally[name].append(failures.robots)
     for cause_id, robot in fleet_figures.escapes_by_cause(tx, of):
         found[causes[cause_id].cause]["escapes"].append(tallies.encode([robot]))
