@@ -186,7 +186,7 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
           onSelect={() => undefined}
           onMap={setHomeMap}
         >
-          <Hint drawing={drawing} tool={tool} />
+          <Hint drawing={drawing} tool={tool} isTrying={sensitivity.isTrying} />
           <Toolbar tool={tool} onTool={setTool} draft={state.draft} session={session} />
         </MapCanvas>
       </div>

@@ -51,7 +51,6 @@ export function SensitivityPanel({ sensitivity, document, isNew }: SensitivityPa
       </h2>
       {isOpen && (
         <div className={classes.body}>
-          {isNew && <p id={`${ids}-lead`}>{words.lead}</p>}
           <label className="visually-hidden" htmlFor={`${ids}-slider`}>
             {words.slider}
           </label>
@@ -85,7 +84,8 @@ export function SensitivityPanel({ sensitivity, document, isNew }: SensitivityPa
               </Button>
             </div>
           )}
-          {hasDrawn(document) && <p className={classes.aside}>{words.drawn}</p>}
+          {isNew && <p id={`${ids}-lead`}>{words.lead}</p>}
+          {hasDrawn(document) && <p>{words.drawn}</p>}
         </div>
       )}
     </section>

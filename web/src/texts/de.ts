@@ -553,6 +553,7 @@ export const editorDe: EditorTexts = {
     blocked: "Speichern oder verwerfen Sie zuerst Ihre Änderungen.",
     lost: (names) => `Wo Räume verschmelzen, bleibt ein Name. Diese gehen verloren: ${names.join(", ")}.`,
     drawn: "Trennlinien, die jemand gezeichnet oder übernommen hat, bleiben.",
+    trying: "So wären die Räume. Noch ist nichts geändert.",
     take: "Diese Räume übernehmen",
     leave: "Lassen, wie es war",
   },

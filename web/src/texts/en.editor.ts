@@ -159,6 +159,7 @@ export const editorEn = {
     blocked: "Save or discard your changes first.",
     lost: (names: readonly string[]) => `Where rooms merge, one name stays. These go: ${names.join(", ")}.`,
     drawn: "Dividers that somebody drew or took stay.",
+    trying: "So the rooms would be. Nothing has changed yet.",
     take: "Take these rooms",
     leave: "Leave as it was",
   },
