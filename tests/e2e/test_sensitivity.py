@@ -92,5 +92,6 @@ def test_at_360_pixels_the_map_stays_in_sight_while_the_slider_moves_and_lost_na
     box = map_of(page).bounding_box()
     assert box is not None
     assert box["y"] + box["height"] / 2 > 100
+    expect(page.get_by_text("1 room instead of 2. Nothing has changed yet.")).to_be_visible()
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     keep(page, "sensitivity-360-light")

@@ -18,7 +18,7 @@ import classes from "./Editor.module.css";
 import { EditPanel } from "./EditPanel";
 import { Hint } from "./Hint";
 import { openKeeper } from "./keeping";
-import { SensitivityPanel } from "./SensitivityPanel";
+import { hintOf, SensitivityPanel } from "./SensitivityPanel";
 import { ShortcutSheet } from "./ShortcutSheet";
 import { isUntouched } from "./sensitivity";
 import { EditSession } from "./session";
@@ -186,7 +186,7 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
           onSelect={() => undefined}
           onMap={setHomeMap}
         >
-          <Hint drawing={drawing} tool={tool} isTrying={sensitivity.isTrying} />
+          <Hint drawing={drawing} tool={tool} instead={hintOf(sensitivity, document)} />
           <Toolbar tool={tool} onTool={setTool} draft={state.draft} session={session} />
         </MapCanvas>
       </div>

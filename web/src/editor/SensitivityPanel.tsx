@@ -92,6 +92,11 @@ export function SensitivityPanel({ sensitivity, document, isNew }: SensitivityPa
   );
 }
 
+/** The same over the map, for eyes that are on it; null: nothing is tried. */
+export function hintOf(sensitivity: Sensitivity, document: MapDocument): string | null {
+  return sensitivity.isTrying ? `${saying(sensitivity, document)} ${words.trying}` : null;
+}
+
 function saying({ isTrying, failed, difference, changes }: Sensitivity, document: MapDocument): string {
   if (!isTrying) return words.now(roomsOf(document).length);
   if (failed) return words.failed;
