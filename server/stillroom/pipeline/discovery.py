@@ -34,6 +34,8 @@ STRAIGHT = 1.3
 JAMB_M = 0.35
 HELD = 0.8
 """Share of that length beyond a gap's end on which the wall goes on."""
+MOVED = 0.5
+"""Furniture hides at least so much floor where it stands now as it set free."""
 BEHIND_M = 0.8
 WIDER_M = 0.25
 """A room is wider than its doorway by this within that distance, on both sides together."""
@@ -65,7 +67,7 @@ def discover(attempt: Attempt, declined: Sequence[Declined], params: Params) -> 
     for region in regions:
         beside = [gap for gap in gaps if shapely.dwithin(LineString(gap.path), region, BESIDE_M)]
         enclosed = enclosure(region, transfer.tracked, transfer.grid, params) >= params.room_enclosure
-        if enclosed and region.area >= params.room_area_m2:
+        if enclosed and region.area >= params.room_area_m2 and not was_furniture(region, transfer, params):
             doorways = [as_line(gap.path[[0, -1]]) for gap in beside if is_doorway(gap, region, transfer, params)]
             dividers += [line for line in doorways if _is_elsewhere(line, dividers)]
             known = [d.line for d in transfer.candidate.dividers]
@@ -94,6 +96,16 @@ def new_floor(transfer: Transfer, params: Params) -> list[Polygon]:
     return [part for part in polygons_in(grown) if part.area >= params.growth_area_m2]
 
 
+def was_furniture(region: Polygon, transfer: Transfer, params: Params) -> bool:
+    """Whether something that stood on the new floor stands in the room beside it now: so much of what was floor there is not in sight."""
+    if region.area > params.furniture_area_m2:
+        return False
+    visited = [room.polygon for room in transfer.tracked.rooms if room.id in transfer.visited]
+    beside = [polygon for polygon in visited if shapely.dwithin(polygon, region, BESIDE_M)]
+    hidden = filled(beside, transfer.grid.frame) & transfer.grid.unexplored
+    return bool(hidden.sum() * transfer.grid.frame.resolution**2 > MOVED * region.area)
+
+
 def is_doorway(gap: Gap, region: Polygon, transfer: Transfer, params: Params) -> bool:
     """Whether a gap in a wall leads to another room, the new floor behind it.
 
@@ -101,13 +113,11 @@ def is_doorway(gap: Gap, region: Polygon, transfer: Transfer, params: Params) ->
     beyond both of its ends. More floor than furniture covers was not under any, however ragged the wall.
     """
     detour = float(np.linalg.norm(np.diff(gap.path, axis=0), axis=1).sum())
-    if not gap.bounded or gap.chord_m > params.divider_length_m[1] or detour > STRAIGHT * gap.chord_m:
+    if not gap.bounded or not params.door_width_m < gap.chord_m <= params.divider_length_m[1]:
         return False
-    if not _widens(gap, region):
+    if detour > STRAIGHT * gap.chord_m or not _widens(gap, region):
         return False
-    if region.area > params.furniture_area_m2:
-        return gap.chord_m > params.door_width_m
-    return min(_held(as_line(gap.path[[0, -1]]), transfer)) > HELD
+    return region.area > params.furniture_area_m2 or min(_held(as_line(gap.path[[0, -1]]), transfer)) > HELD
 
 
 def _widens(gap: Gap, region: Polygon) -> bool:
