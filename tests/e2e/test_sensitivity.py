@@ -79,19 +79,16 @@ def test_at_360_pixels_the_map_stays_in_sight_while_the_slider_moves_and_lost_na
     mapped: Robot, open_page: OpenPage, keep: Keep
 ) -> None:
     """An edited map: the slider is there for whoever looks for it."""
-    robot = mapped
-    robot.upload("1", wide_passage(), base_version=2, tracking={"transform": [0.0, 0.0, 0.0]})
-    page = open_page(f"{robot.page}?edit", width=360, height=740, has_touch=True)
+    mapped.upload("1", wide_passage(), base_version=2, tracking={"transform": [0.0, 0.0, 0.0]})
+    page = open_page(f"{mapped.page}?edit", width=360, height=740, has_touch=True)
     panel = page.get_by_role("region", name=TITLE)
     expect(panel.get_by_role("slider")).to_have_count(0)
     panel.get_by_role("button", name=TITLE).click()
     panel.get_by_role("slider").press("Home")
     expect(panel.get_by_role("status")).to_contain_text("1 room instead of 2.")
     expect(panel.get_by_role("status")).to_contain_text("These go: ")
-    panel.get_by_role("status").scroll_into_view_if_needed()
-    box = map_of(page).bounding_box()
-    assert box is not None
-    assert box["y"] + box["height"] / 2 > 100
-    expect(page.get_by_text("1 room instead of 2. Nothing has changed yet.")).to_be_visible()
+    expect(panel.get_by_role("slider")).to_be_in_viewport()
+    expect(map_of(page)).to_be_in_viewport(ratio=1)
+    expect(page.get_by_text("1 room instead of 2. Nothing has changed yet.")).to_be_in_viewport(ratio=1)
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     keep(page, "sensitivity-360-light")

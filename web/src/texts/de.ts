@@ -526,8 +526,8 @@ export const editorDe: EditorTexts = {
     title: "Mehr oder weniger Räume",
     lead: "Zu viele Räume, oder zu wenige? Schieben Sie den Regler und sehen Sie auf die Karte; nichts ändert sich, bis Sie es übernehmen.",
     slider: "Anzahl der Räume",
-    fewer: "Weniger Räume",
-    more: "Mehr Räume",
+    fewer: "Weniger",
+    more: "Mehr",
     atRest: "wie sie jetzt sind",
     levels: [
       "so wenige wie möglich",
