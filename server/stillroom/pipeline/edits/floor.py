@@ -60,7 +60,7 @@ def _scraps(rooms: Sequence[Room], area: shapely.Geometry, params: Params) -> li
     polygons = np.array([room.polygon for room in rooms], dtype=object)
     left = shapely.difference(polygons, area, grid_size=GRID_M)
     size, was = shapely.area(left), shapely.area(polygons)
-    return list(left[(size < was / 2) & (size < params.room_area_m2)])
+    return list(left[(size < was / 2) & (size < params.divided_room_m2)])
 
 
 def _is_whole(part: Polygon, before: shapely.STRtree) -> bool:
