@@ -17,6 +17,7 @@ from stillroom.api import (
     exports,
     fleet,
     health,
+    inspection,
     maps,
     missions,
     notifications,
@@ -77,6 +78,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
         notifications,
         webhooks,
         fleet,
+        inspection,
         health,
         problems,
     ):

@@ -115,6 +115,13 @@ class Forbidden(StillroomError):
     title = "Not allowed for this caller"
 
 
+class GrantRequired(Forbidden):
+    """A floor plan is looked at with its owner's leave alone; `plan` says whether that was asked for."""
+
+    slug = "grant-required"
+    title = "The owner has not agreed to this"
+
+
 class Unavailable(StillroomError):
     """The service can't do this now; `retry_after_s` says when to try again."""
 

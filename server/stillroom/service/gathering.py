@@ -14,6 +14,7 @@ from stillroom.maps.mission import Mission, tracked_motion
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.decisions import confirm
+from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.update import RESOLVERS, MapUpdate, ResolverName, create_semantic_map, update_map
 from stillroom.service.candidates import under_version
 from stillroom.service.frames import motion_between
@@ -112,6 +113,25 @@ def gather(database: Database, mission_id: int) -> Gathered:
     return Gathered(mission, of, meta, current, base, to_base, parked, under, now)
 
 
+def gather_as_then(database: Database, mission_id: int) -> Gathered:
+    """As it was when a mission was processed: with the version that was carried over then. Edits that came later don't count."""
+    with database.read() as tx:
+        mission = missions.get(tx, mission_id)
+        of = replace(maps.get(tx, mission.map_id), head=mission.base_version, pinned=None)
+        meta = stored_meta(mission.meta)
+        number = mission.base_version
+        current = None if number is None else maps.version_at(tx, of.id, number)
+        base = current
+        if meta.base_version != number:
+            base = None if meta.base_version is None else maps.version_at(tx, of.id, meta.base_version)
+        to_base = None
+        if current is not None and base is not None:
+            to_base = motion_between(partial(frame_step, tx, of.id), current.number, base.number)
+        parked = None if mission.placed_from is None else missions.get(tx, mission.placed_from)
+        now = mission.finished_at or clock.now(tx)
+    return Gathered(mission, of, meta, current, base, to_base, parked, None, now)
+
+
 def current_map(of: MapRow, version: VersionRow, now: datetime) -> SemanticMap:
     """The map in force, ready to be changed: with its counters of ids, and without what was declined for a time that is over.
 
@@ -130,17 +150,19 @@ def carry_over(
     grids: GridStore,
     timings: Timings,
     resolvers: Sequence[ResolverName] = RESOLVERS,
+    params: Params = PARAMS,
 ) -> tuple[MapUpdate, tuple[str, ...]]:
     """What the mission comes to, and warnings about its tracking. `previous`: the map in force, None where there is none yet."""
     with timings("decode"):
         grid, semantics = read_mission_map(grids.get(gathered.mission.grid), gathered.meta.reading())
     if previous is None:
         ids = ids_of(gathered.of)
-        return create_semantic_map(grid, gathered.mission.key, ids, semantics=semantics, stage=timings), ()
+        return create_semantic_map(grid, gathered.mission.key, ids, params, timings, semantics), ()
     # Where a mission was parked its tracking was of no use, and where it was placed it is another floor's.
     motion, warnings = (None, ()) if gathered.parked is not None else _motion(gathered, previous)
     mission, placed = Mission(gathered.mission.key, grid, motion), gathered.parked is not None
-    return update_map(previous, mission, stage=timings, trust_registration=placed, resolvers=resolvers), warnings
+    update = update_map(previous, mission, params=params, stage=timings, trust_registration=placed, resolvers=resolvers)
+    return update, warnings
 
 
 def _motion(gathered: Gathered, previous: SemanticMap) -> tuple[Motion | None, tuple[str, ...]]:

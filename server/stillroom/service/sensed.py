@@ -38,7 +38,7 @@ def sensed(database: Database, grids: GridStore, robot_id: str, map_name: str, k
         back = motion_between(partial(frame_step, tx, of.id), head.number, before.number)
     grid = read_grid(grids.get(mission.grid), stored_meta(mission.meta).reading())
     motion = decode_motion(row.motion)
-    moved = None if motion is None else _rigid(before, motion)
+    moved = None if motion is None else rigid(before, motion)
     known = read_grid(grids.get(before.grid), reading_of(database, of, before))
     taken = row.resolved or mission.version != row.base_version
     url = f"{map_url(of)}/missions/{mission.key}"
@@ -50,9 +50,9 @@ def sensed(database: Database, grids: GridStore, robot_id: str, map_name: str, k
         frame=frame(grid.frame),
         grid=f"{url}/grid.png",
         cells=f"{url}/cells.png",
-        moved=None if moved is None else _numbers(moved),
-        moved_now=None if motion is None or back is None else _numbers(_rigid(head, motion.after(back))),
-        differences=[] if moved is None else _differences(known, moved, grid),
+        moved=None if moved is None else pose_numbers(moved),
+        moved_now=None if motion is None or back is None else pose_numbers(rigid(head, motion.after(back))),
+        differences=[] if moved is None else difference_documents(known, moved, grid),
         confirmed=_confirmed(row, after, Pose()) if taken else _confirmed(row, before, moved),
     )
 
@@ -69,7 +69,7 @@ def _confirmed(conflict: ConflictRow, of: VersionRow | None, moved: Pose | None)
     ]
 
 
-def _differences(before: OccupancyGrid, moved: Pose, now: OccupancyGrid) -> list[DifferenceDocument]:
+def difference_documents(before: OccupancyGrid, moved: Pose, now: OccupancyGrid) -> list[DifferenceDocument]:
     return [
         DifferenceDocument(
             change=found.change,
@@ -84,11 +84,11 @@ def _polygon(shape: shapely.Polygon) -> Polygon:
     return Polygon(coordinates=[np.round(ring, 3).tolist() for ring in rings(shape)])
 
 
-def _rigid(of: VersionRow, motion: Motion) -> Pose:
+def rigid(of: VersionRow, motion: Motion) -> Pose:
     points = decode_map(of.document).vertices()
     return fit_pose(points, motion.apply(points))
 
 
-def _numbers(pose: Pose) -> tuple[float, float, float]:
+def pose_numbers(pose: Pose) -> tuple[float, float, float]:
     x, y, yaw = np.round([pose.x, pose.y, pose.yaw], 5).tolist()
     return x, y, yaw

@@ -207,6 +207,17 @@ def missions(
     return [as_row(FailedMission, row) for row in tx.execute(query)]
 
 
+def fact(tx: Transaction, mission_id: int) -> tuple[datetime | None, str | None] | None:
+    """When a mission was corrected, and the id of what it failed by; None where it is not counted."""
+    query = (
+        sa.select(counted.c.escaped_at, fleet_cause.c.key)
+        .outerjoin(fleet_cause, fleet_cause.c.id == counted.c.cause_id)
+        .where(counted.c.mission_id == mission_id)
+    )
+    row = tx.execute(query).first()
+    return None if row is None else (row.escaped_at, row.key)
+
+
 def robots_of(tx: Transaction, numbers: Sequence[int]) -> Mapping[int, tuple[str, str]]:
     """Id and name by number, of those that are still there."""
     query = (

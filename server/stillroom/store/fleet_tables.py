@@ -108,3 +108,44 @@ fleet_failure_day = sa.Table(
     sa.Column("outcome", sa.String(16), primary_key=True),
     _tally("robots"),
 )
+
+plan_grant = sa.Table(
+    "plan_grant",  # an owner's leave to look at the floor plans of a robot, or somebody's asking for it
+    metadata,
+    sa.Column("id", BigId, primary_key=True),
+    sa.Column("key", sa.String(40), nullable=False, unique=True),
+    sa.Column("robot_id", sa.ForeignKey("robot.id"), nullable=False, index=True),
+    sa.Column("asked_by", sa.String(400), nullable=False),
+    sa.Column("reason", sa.String(500), nullable=False),
+    sa.Column("hours", sa.Integer, nullable=False),
+    sa.Column("asked_at", UtcDateTime, nullable=False),
+    sa.Column("answered_at", UtcDateTime),
+    sa.Column("answered_by", sa.String(400)),
+    sa.Column("expires_at", UtcDateTime, nullable=False),  # of the question, or once granted of the grant
+    sa.Column("granted", sa.Boolean),  # null: nobody has answered
+    sa.Column("ended_at", UtcDateTime),  # taken back
+    sa.Column("ended_by", sa.String(400)),
+)
+
+plan_view = sa.Table(
+    "plan_view",  # each time that somebody looked at a floor plan that is not theirs
+    metadata,
+    sa.Column("id", BigId, primary_key=True),
+    sa.Column("robot_id", sa.ForeignKey("robot.id"), nullable=False),
+    sa.Column("map_name", sa.String(64), nullable=False),
+    sa.Column("mission", sa.String(130), nullable=False),
+    sa.Column("viewer", sa.String(400), nullable=False),
+    sa.Column("what", sa.String(16), nullable=False),
+    sa.Column("why", sa.String(16), nullable=False),
+    sa.Column("grant_id", sa.ForeignKey("plan_grant.id")),
+    sa.Column("at", UtcDateTime, nullable=False),
+)
+sa.Index("ix_plan_view_robot_id_id", plan_view.c.robot_id, plan_view.c.id)
+
+test_robot = sa.Table(
+    "test_robot",  # whose floor plans those who run the service may always look at
+    metadata,
+    sa.Column("robot_id", sa.ForeignKey("robot.id"), primary_key=True),
+    sa.Column("marked_by", sa.String(400), nullable=False),
+    sa.Column("marked_at", UtcDateTime, nullable=False),
+)

@@ -80,6 +80,14 @@ def page(tx: Transaction, map_id: int, outcome: str | None, before: int | None, 
     return [as_row(MissionRow, row) for row in tx.execute(query.order_by(mission.c.id.desc()).limit(limit))]
 
 
+def neighbours(tx: Transaction, of: MissionRow) -> tuple[str | None, str | None]:
+    """What the missions of the same map that arrived before and after one are called."""
+    same = mission.c.map_id == of.map_id
+    before = sa.select(mission.c.key).where(same, mission.c.id < of.id).order_by(mission.c.id.desc()).limit(1)
+    after = sa.select(mission.c.key).where(same, mission.c.id > of.id).order_by(mission.c.id).limit(1)
+    return tx.execute(before).scalar(), tx.execute(after).scalar()
+
+
 def traceback(tx: Transaction, mission_id: int) -> str | None:
     """Where processing failed, for those who run the service."""
     found: str | None = tx.execute(sa.select(mission.c.traceback).where(mission.c.id == mission_id)).scalar_one()

@@ -50,6 +50,10 @@ def owned_by(owner: str | None) -> Selection:
     return robot.c.owner.is_(None) if owner is None else robot.c.owner == owner
 
 
+def everything() -> Selection:
+    return sa.true()
+
+
 def is_robot(robot_id: str) -> Selection:
     return robot.c.id == robot_id
 

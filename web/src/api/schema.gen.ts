@@ -161,6 +161,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/fleet/grants": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Ask
+         * @description Asks an owner for leave to look at floor plans of a robot.
+         */
+        post: operations["ask_api_v1_fleet_grants_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/fleet/missions": {
         parameters: {
             query?: never;
@@ -195,6 +215,146 @@ export interface paths {
         get: operations["list_robots_api_v1_fleet_robots_get"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/robots/{robot}/maps/{map}/missions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Steps
+         * @description The history of a map, the newest arrivals first: numbers alone.
+         */
+        get: operations["list_steps_api_v1_fleet_robots__robot__maps__map__missions_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/robots/{robot}/maps/{map}/missions/{mission}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Inspect
+         * @description Numbers alone: nothing that people wrote, and no place in a home.
+         */
+        get: operations["inspect_api_v1_fleet_robots__robot__maps__map__missions__mission__get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/robots/{robot}/maps/{map}/missions/{mission}/cells.png": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Show Cells
+         * @description What the robot sensed. With the owner's leave; logged, each time anew.
+         */
+        get: operations["show_cells_api_v1_fleet_robots__robot__maps__map__missions__mission__cells_png_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/robots/{robot}/maps/{map}/missions/{mission}/figure": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Show Figure
+         * @description The floor plan, as the paper's figures show it. With the owner's leave; logged.
+         */
+        get: operations["show_figure_api_v1_fleet_robots__robot__maps__map__missions__mission__figure_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/grants": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Grants
+         * @description An owner's: those about the own robots. An operator's: all that was asked. The newest first.
+         */
+        get: operations["list_grants_api_v1_grants_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/grants/{grant}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * End
+         * @description The owner takes it back, or who asked does.
+         */
+        delete: operations["end_api_v1_grants__grant__delete"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/grants/{grant}/answer": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Answer
+         * @description The owner's answer.
+         */
+        post: operations["answer_api_v1_grants__grant__answer_post"];
         delete?: never;
         options?: never;
         head?: never;
@@ -824,6 +984,47 @@ export interface paths {
          * @description What a person changed with this version as it was before, and all else as it is now. To undo that version is to redo.
          */
         post: operations["undo_version_api_v1_robots__robot__maps__map__versions__version__undo_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/robots/{robot}/test": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Show Test */
+        get: operations["show_test_api_v1_robots__robot__test_get"];
+        /**
+         * Mark Test
+         * @description Whether those who run the service may always look at the robot's floor plans; whose the robot is says so.
+         */
+        put: operations["mark_test_api_v1_robots__robot__test_put"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/robots/{robot}/views": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Views
+         * @description Who looked at floor plans of the robot without being its owner, the newest first.
+         */
+        get: operations["list_views_api_v1_robots__robot__views_get"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -1867,6 +2068,62 @@ export interface components {
             /** Width */
             width: number;
         };
+        /** GrantAnswer */
+        GrantAnswer: {
+            /**
+             * Answer
+             * @enum {string}
+             */
+            answer: "grant" | "refuse";
+        };
+        /** GrantDocument */
+        GrantDocument: {
+            /** Answered At */
+            answered_at: string | null;
+            /** Answered By */
+            answered_by: string | null;
+            /**
+             * Asked At
+             * Format: date-time
+             */
+            asked_at: string;
+            /** Asked By */
+            asked_by: string;
+            /** Ended At */
+            ended_at: string | null;
+            /** Ended By */
+            ended_by: string | null;
+            /**
+             * Expires At
+             * Format: date-time
+             */
+            expires_at: string;
+            /** Hours */
+            hours: number;
+            /** Id */
+            id: string;
+            /** Reason */
+            reason: string;
+            /** Robot */
+            robot: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "asked" | "granted" | "refused" | "expired" | "revoked" | "withdrawn";
+        };
+        /** GrantRequest */
+        GrantRequest: {
+            /**
+             * Hours
+             * @default 24
+             */
+            hours: number;
+            /** Reason */
+            reason: string;
+            /** Robot */
+            robot: string;
+        };
         /** Health */
         Health: {
             /**
@@ -1875,6 +2132,81 @@ export interface components {
              * @constant
              */
             status: "ok";
+        };
+        /**
+         * InspectedMission
+         * @description Numbers alone: nothing that people wrote, and no place in a home.
+         */
+        InspectedMission: {
+            ablation: components["schemas"]["AblationDocument"] | null;
+            /** Algorithm */
+            algorithm: string | null;
+            /** Attempts */
+            attempts: number;
+            /** Base Version */
+            base_version: number | null;
+            /** Cause */
+            cause: string | null;
+            /** Conflicts */
+            conflicts: components["schemas"]["MetConflict"][];
+            /** Discovered Rooms */
+            discovered_rooms: number;
+            /** Epoch */
+            epoch: number;
+            /** Error */
+            error: string | null;
+            /** Escaped At */
+            escaped_at: string | null;
+            /** Finished At */
+            finished_at: string | null;
+            /** Firmware */
+            firmware: string | null;
+            /** Left With */
+            left_with: number | null;
+            /** Map */
+            map: string;
+            /** Mission */
+            mission: string;
+            /** Model */
+            model: string | null;
+            /** Next */
+            next: string | null;
+            /** Outcome */
+            outcome: ("created" | "updated" | "resolved" | "needs_review" | "reverted" | "superseded" | "parked") | null;
+            /**
+             * Plan
+             * @enum {string}
+             */
+            plan: "granted" | "asked" | "test" | "unowned" | "none";
+            /** Plan Until */
+            plan_until: string | null;
+            /** Previous */
+            previous: string | null;
+            /**
+             * Received At
+             * Format: date-time
+             */
+            received_at: string;
+            /** Robot */
+            robot: string;
+            /** Rooms */
+            rooms: components["schemas"]["stillroom__documents__inspection__RoomScoreDocument"][];
+            /** Sequence */
+            sequence: number;
+            /** Status */
+            status: string;
+            /** Succeeded At */
+            succeeded_at: string | null;
+            /** Timings Ms */
+            timings_ms: {
+                [key: string]: number;
+            };
+            /** Tracked */
+            tracked: string[];
+            /** Version */
+            version: number | null;
+            /** Warnings */
+            warnings: number;
         };
         /** LineString */
         LineString: {
@@ -2030,6 +2362,26 @@ export interface components {
              */
             op: "merge_rooms";
         };
+        /** MetConflict */
+        MetConflict: {
+            /** Cause */
+            cause: string;
+            /** Decided At */
+            decided_at: string | null;
+            /** Id */
+            id: string;
+            /** Kind */
+            kind: string;
+            /** Response */
+            response: string | null;
+            /** Rooms */
+            rooms: components["schemas"]["stillroom__documents__inspection__RoomScoreDocument"][];
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "open" | "accepted" | "rejected" | "annotated" | "expired" | "superseded" | "resolved_automatically";
+        };
         /** MetaDividerFeature */
         MetaDividerFeature: {
             geometry: components["schemas"]["LineString"];
@@ -2123,7 +2475,7 @@ export interface components {
             /** Robot */
             robot: string;
             /** Rooms */
-            rooms: components["schemas"]["RoomScoreDocument"][];
+            rooms: components["schemas"]["stillroom__documents__api__RoomScoreDocument"][];
             /** Sequence */
             sequence: number;
             /** Started At */
@@ -2228,6 +2580,24 @@ export interface components {
         } & {
             [key: string]: unknown;
         };
+        /**
+         * MissionStep
+         * @description One mission of a map's history.
+         */
+        MissionStep: {
+            /** Base Version */
+            base_version: number | null;
+            /** Failed */
+            failed: number;
+            /** Finished At */
+            finished_at: string | null;
+            /** Mission */
+            mission: string;
+            /** Outcome */
+            outcome: ("created" | "updated" | "resolved" | "needs_review" | "reverted" | "superseded" | "parked") | null;
+            /** Version */
+            version: number | null;
+        };
         /** MoveDivider */
         MoveDivider: {
             /** Id */
@@ -2284,6 +2654,8 @@ export interface components {
         NewEmail: {
             /** Address */
             address: string;
+            /** Language */
+            language?: ("en" | "de") | null;
         };
         /**
          * NewPushSubscription
@@ -2300,6 +2672,8 @@ export interface components {
              * @default
              */
             label: string;
+            /** Language */
+            language?: ("en" | "de") | null;
         };
         /** NewRobot */
         NewRobot: {
@@ -2335,12 +2709,16 @@ export interface components {
         NotificationChoice: {
             /** Email */
             email?: ("conflict" | "parked" | "room")[] | null;
+            /** Language */
+            language?: ("en" | "de") | null;
             /** Push */
             push?: ("conflict" | "parked" | "room")[] | null;
         };
         /** NotificationSettings */
         NotificationSettings: {
             email: components["schemas"]["EmailDocument"];
+            /** Language */
+            language: ("en" | "de") | null;
             push: components["schemas"]["PushDocument"];
         };
         /** Page[ConflictDocument] */
@@ -2364,10 +2742,24 @@ export interface components {
             /** Next */
             next: string | null;
         };
+        /** Page[GrantDocument] */
+        Page_GrantDocument_: {
+            /** Items */
+            items: components["schemas"]["GrantDocument"][];
+            /** Next */
+            next: string | null;
+        };
         /** Page[MissionDocument] */
         Page_MissionDocument_: {
             /** Items */
             items: components["schemas"]["MissionDocument"][];
+            /** Next */
+            next: string | null;
+        };
+        /** Page[MissionStep] */
+        Page_MissionStep_: {
+            /** Items */
+            items: components["schemas"]["MissionStep"][];
             /** Next */
             next: string | null;
         };
@@ -2389,6 +2781,13 @@ export interface components {
         Page_VersionListItem_: {
             /** Items */
             items: components["schemas"]["VersionListItem"][];
+            /** Next */
+            next: string | null;
+        };
+        /** Page[ViewDocument] */
+        Page_ViewDocument_: {
+            /** Items */
+            items: components["schemas"]["ViewDocument"][];
             /** Next */
             next: string | null;
         };
@@ -2462,6 +2861,48 @@ export interface components {
         Placement: {
             /** Map */
             map: string;
+        };
+        /**
+         * PlanFigure
+         * @description The paper's figures of one mission, in its frame; worked out anew by the algorithm that runs now. Rooms are named by their ids.
+         */
+        PlanFigure: {
+            ablation: components["schemas"]["AblationDocument"] | null;
+            /** Algorithm */
+            algorithm: string;
+            /** Candidate */
+            candidate: (components["schemas"]["RoomFeature"] | components["schemas"]["DividerFeature"] | components["schemas"]["WallFeature"] | components["schemas"]["ClutterFeature"] | components["schemas"]["MetaDividerFeature"] | components["schemas"]["MetaOccupancyFeature"] | components["schemas"]["RestrictionFeature"] | components["schemas"]["PhantomFeature"])[];
+            /** Cells */
+            cells: string;
+            /** Differences */
+            differences: components["schemas"]["DifferenceDocument"][];
+            frame: components["schemas"]["Frame"];
+            /** Map */
+            map: string;
+            /** Mission */
+            mission: string;
+            /** Moved */
+            moved: [
+                number,
+                number,
+                number
+            ] | null;
+            /** Outcome */
+            outcome: string;
+            /** Reason */
+            reason: string;
+            /** Robot */
+            robot: string;
+            /** Rooms */
+            rooms: components["schemas"]["stillroom__documents__inspection__RoomScoreDocument"][];
+            /** Taken */
+            taken: boolean;
+            /** Timings Ms */
+            timings_ms: {
+                [key: string]: number;
+            };
+            /** Tracked */
+            tracked: (components["schemas"]["RoomFeature"] | components["schemas"]["DividerFeature"] | components["schemas"]["WallFeature"] | components["schemas"]["ClutterFeature"] | components["schemas"]["MetaDividerFeature"] | components["schemas"]["MetaOccupancyFeature"] | components["schemas"]["RestrictionFeature"] | components["schemas"]["PhantomFeature"])[];
         };
         /** Polygon */
         Polygon: {
@@ -2849,21 +3290,6 @@ export interface components {
              */
             semantic: "room";
         };
-        /** RoomScoreDocument */
-        RoomScoreDocument: {
-            /** Id */
-            id: string;
-            /** Name */
-            name: string;
-            /** Passed */
-            passed: boolean;
-            /** Precision */
-            precision: number;
-            /** Recall */
-            recall: number;
-            /** Visited */
-            visited: boolean;
-        };
         /** Segment */
         Segment: {
             /** Group */
@@ -3004,6 +3430,18 @@ export interface components {
             /** Version */
             version: number;
         };
+        /** TestMark */
+        TestMark: {
+            /** Test */
+            test: boolean;
+        };
+        /** TestRobot */
+        TestRobot: {
+            /** Robot */
+            robot: string;
+            /** Test */
+            test: boolean;
+        };
         /**
          * TrackingDocument
          * @description Where the robot's SLAM saw the base version's features at the end of the mission, in whichever form it has.
@@ -3089,6 +3527,35 @@ export interface components {
             url: string;
             /** Version */
             version: number;
+        };
+        /**
+         * ViewDocument
+         * @description Somebody looked at a floor plan of the robot.
+         */
+        ViewDocument: {
+            /**
+             * At
+             * Format: date-time
+             */
+            at: string;
+            /** Grant */
+            grant: string | null;
+            /** Map */
+            map: string;
+            /** Mission */
+            mission: string;
+            /** Viewer */
+            viewer: string;
+            /**
+             * What
+             * @enum {string}
+             */
+            what: "figure" | "cells";
+            /**
+             * Why
+             * @enum {string}
+             */
+            why: "granted" | "test" | "unowned";
         };
         /** WallFeature */
         WallFeature: {
@@ -3194,6 +3661,34 @@ export interface components {
             types: ("conflict.opened" | "conflict.resolved" | "conflict.closed" | "mission.parked" | "map.updated" | "room.discovered")[];
             /** Url */
             url: string;
+        };
+        /** RoomScoreDocument */
+        stillroom__documents__api__RoomScoreDocument: {
+            /** Id */
+            id: string;
+            /** Name */
+            name: string;
+            /** Passed */
+            passed: boolean;
+            /** Precision */
+            precision: number;
+            /** Recall */
+            recall: number;
+            /** Visited */
+            visited: boolean;
+        };
+        /** RoomScoreDocument */
+        stillroom__documents__inspection__RoomScoreDocument: {
+            /** Id */
+            id: string;
+            /** Passed */
+            passed: boolean;
+            /** Precision */
+            precision: number;
+            /** Recall */
+            recall: number;
+            /** Visited */
+            visited: boolean;
         };
     };
     responses: never;
@@ -3526,6 +4021,39 @@ export interface operations {
             };
         };
     };
+    ask_api_v1_fleet_grants_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["GrantRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["GrantDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     list_missions_api_v1_fleet_missions_get: {
         parameters: {
             query?: {
@@ -3596,6 +4124,238 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Page_RobotRow_"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_steps_api_v1_fleet_robots__robot__maps__map__missions_get: {
+        parameters: {
+            query?: {
+                limit?: number;
+                cursor?: string | null;
+            };
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_MissionStep_"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    inspect_api_v1_fleet_robots__robot__maps__map__missions__mission__get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                mission: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["InspectedMission"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    show_cells_api_v1_fleet_robots__robot__maps__map__missions__mission__cells_png_get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                mission: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/png": string;
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    show_figure_api_v1_fleet_robots__robot__maps__map__missions__mission__figure_get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                mission: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanFigure"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_grants_api_v1_grants_get: {
+        parameters: {
+            query?: {
+                limit?: number;
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_GrantDocument_"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    end_api_v1_grants__grant__delete: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                grant: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["GrantDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    answer_api_v1_grants__grant__answer_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                grant: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["GrantAnswer"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["GrantDocument"];
                 };
             };
             /** @description Any error */
@@ -4941,6 +5701,106 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["EditedMap"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    show_test_api_v1_robots__robot__test_get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TestRobot"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    mark_test_api_v1_robots__robot__test_put: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TestMark"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TestRobot"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_views_api_v1_robots__robot__views_get: {
+        parameters: {
+            query?: {
+                limit?: number;
+                cursor?: string | null;
+            };
+            header?: never;
+            path: {
+                robot: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_ViewDocument_"];
                 };
             };
             /** @description Any error */
