@@ -82,6 +82,18 @@ def test_an_address_is_set_changed_and_removed(service: Service, ann: Caller) ->
     assert expect(ann.get(BASE))["email"]["address"] is None
 
 
+def test_the_first_browser_brings_its_language_and_a_person_s_choice_stays(service: Service, ann: Caller) -> None:
+    allow(service, mail=SERVER)
+    assert expect(ann.get(BASE))["language"] is None
+    for language, kept in ((None, None), ("de", "de"), ("en", "de")):
+        shown = expect(ann.request("PUT", f"{BASE}/email", json={"address": "ann@a.org", "language": language}), 202)
+        assert shown["language"] == kept
+    assert expect(ann.request("PATCH", BASE, json={"language": "en"}))["language"] == "en"
+    assert expect(ann.request("PATCH", BASE, json={"email": []}))["language"] == "en"
+    expect(ann.request("PATCH", BASE, json={"language": "fr"}), 422)
+    assert expect(service.operator.get(BASE))["language"] is None
+
+
 def test_another_site_can_not_change_what_somebody_is_told(service: Service, ann: Caller) -> None:
     elsewhere = {"Sec-Fetch-Site": "cross-site"}
     assert ann.request("PATCH", BASE, elsewhere, json={"email": []}).status_code == 403

@@ -3,7 +3,7 @@
 from html import escape
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Query
+from fastapi import APIRouter, Header, Path, Query
 from starlette.responses import HTMLResponse, Response
 
 from stillroom.api.context import Caller, Service, document
@@ -16,10 +16,12 @@ from stillroom.documents.notifications import (
 )
 from stillroom.errors import InvalidInput
 from stillroom.service import notifications
+from stillroom.service.messages.words import Page, Words, preferred
 
 router = APIRouter()
 _BASE = "/api/v1/notifications"
 SubscriptionId = Annotated[str, Path(alias="subscription", pattern=r"^[A-Za-z0-9_-]{1,40}$")]
+Languages = Annotated[str, Header(alias="Accept-Language")]
 Token = Annotated[str, Query(max_length=2000)]
 
 
@@ -37,7 +39,7 @@ def choose(service: Service, who: Caller, choice: NotificationChoice) -> Respons
 @router.put(_BASE + "/email", status_code=202, response_model=NotificationSettings)
 def set_email(service: Service, who: Caller, new: NewEmail) -> Response:
     """A link is sent to the address, and nothing else before it was opened; the same address again sends another link."""
-    return document(notifications.set_email(service.database, who, new.address, service.messaging), 202)
+    return document(notifications.set_email(service.database, who, new, service.messaging), 202)
 
 
 @router.delete(_BASE + "/email", status_code=204)
@@ -69,44 +71,50 @@ def send_test(service: Service, who: Caller, key: SubscriptionId) -> Response:
 
 
 @router.get("/email/confirm", include_in_schema=False)
-def ask_to_confirm(token: Token) -> HTMLResponse:
+def ask_to_confirm(token: Token, languages: Languages = "") -> HTMLResponse:
     """Programs that look at every link in an e-mail must not confirm by that: a person presses a button."""
-    return _page("Confirm your address", "Messages about your maps will be sent to it.", ("Confirm", token))
+    words = preferred(languages)
+    return _page(words, words.ask_to_confirm, token=token)
 
 
 @router.post("/email/confirm", include_in_schema=False)
-def confirm(service: Service, token: Token) -> HTMLResponse:
+def confirm(service: Service, token: Token, languages: Languages = "") -> HTMLResponse:
+    words = preferred(languages)
     try:
         address = notifications.confirm_email(service.database, token)
     except InvalidInput as error:
-        return _page("That did not work", error.detail, status=422)
-    return _page("Address confirmed", f"Messages are sent to {address} from now on.")
+        return _page(words, Page(words.failed, error.detail), status=422)
+    return _page(words, words.confirmed, address=address)
 
 
 @router.get("/email/stop", include_in_schema=False)
-def ask_to_stop(token: Token) -> HTMLResponse:
-    return _page("No more messages?", "None will be sent to this address any more.", ("Stop messages", token))
+def ask_to_stop(token: Token, languages: Languages = "") -> HTMLResponse:
+    words = preferred(languages)
+    return _page(words, words.ask_to_stop, token=token)
 
 
 @router.post("/email/stop", include_in_schema=False)
-def stop(service: Service, token: Token) -> HTMLResponse:
+def stop(service: Service, token: Token, languages: Languages = "") -> HTMLResponse:
     """Also what programs send for a person who presses their button (RFC 8058)."""
+    words = preferred(languages)
     try:
         address = notifications.stop_email(service.database, token)
     except InvalidInput as error:
-        return _page("That did not work", error.detail, status=422)
-    return _page("No more messages", f"Nothing is sent to {address} any more.")
+        return _page(words, Page(words.failed, error.detail), status=422)
+    return _page(words, words.stopped, address=address)
 
 
-def _page(title: str, text: str, button: tuple[str, str] | None = None, status: int = 200) -> HTMLResponse:
+def _page(words: Words, page: Page, *, token: str = "", address: str = "", status: int = 200) -> HTMLResponse:
     form = ""
-    if button is not None:
-        form = f'<form method=post action="?token={escape(button[1], quote=True)}"><button>{escape(button[0])}</button></form>'
+    if page.button:
+        form = f'<form method=post action="?token={escape(token, quote=True)}"><button>{escape(page.button)}</button></form>'
+    text = escape(page.text.replace("{address}", address))
     return HTMLResponse(
-        "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'>"
-        f"<title>{escape(title)}</title><style>body{{font:1.1rem/1.5 sans-serif;max-width:34rem;margin:3rem auto;"
+        f"<!doctype html><html lang={words.language}><meta charset=utf-8>"
+        f"<meta name=viewport content='width=device-width'><title>{escape(page.title)}</title>"
+        "<style>body{font:1.1rem/1.5 sans-serif;max-width:34rem;margin:3rem auto;"
         "padding:0 1rem}button{font:inherit;padding:.6rem 1.2rem;min-height:44px}</style>"
-        f"<main><h1>{escape(title)}</h1><p>{escape(text)}</p>{form}</main></html>",
+        f"<main><h1>{escape(page.title)}</h1><p>{text}</p>{form}</main></html>",
         status,
-        {"Referrer-Policy": "no-referrer", "Cache-Control": "no-store"},
+        {"Referrer-Policy": "no-referrer", "Cache-Control": "no-store", "Vary": "Accept-Language"},
     )

@@ -12,6 +12,7 @@ MessageKind = Literal["conflict", "parked", "room"]
 WebhookType = Literal[
     "conflict.opened", "conflict.resolved", "conflict.closed", "mission.parked", "map.updated", "room.discovered"
 ]
+Language = Literal["en", "de"]
 DeliveryState = Literal["waiting", "delivered", "dead"]
 Label = Annotated[str, Field(max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Address = Annotated[
@@ -52,6 +53,8 @@ class PushDocument(Document):
 
 
 class NotificationSettings(Document):
+    language: Language | None
+    """Of all messages; null: nobody has chosen one, and the first browser to subscribe brings its own."""
     email: EmailDocument
     push: PushDocument
 
@@ -63,12 +66,15 @@ class NotificationChoice(BaseModel):
 
     email: Kinds | None = None
     push: Kinds | None = None
+    language: Language | None = None
 
 
 class NewEmail(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     address: Address
+    language: Language | None = None
+    """For all messages, where the person has not chosen one."""
 
 
 class PushKeys(BaseModel):
@@ -87,6 +93,8 @@ class NewPushSubscription(BaseModel):
     keys: PushKeys
     expiration_time: float | None = Field(default=None, alias="expirationTime")
     label: Label = ""
+    language: Language | None = None
+    """For all messages, where the person has not chosen one."""
 
 
 class NewWebhook(BaseModel):

@@ -8,6 +8,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from stillroom.documents.notifications import (
     EmailDocument,
     MessageKind,
+    NewEmail,
     NewPushSubscription,
     NotificationChoice,
     NotificationSettings,
@@ -44,8 +45,12 @@ def choose(
     database: Database, caller: Principal, choice: NotificationChoice, messaging: Messaging
 ) -> NotificationSettings:
     person, key = owner_of(caller), vapid_key(database)
-    wanted = {channel: kinds for channel, kinds in vars(choice).items() if kinds is not None}
+    wanted = {
+        channel: kinds for channel, kinds in (("email", choice.email), ("push", choice.push)) if kinds is not None
+    }
     with database.write() as tx:
+        if choice.language is not None:
+            receivers.speak(tx, person, choice.language)
         receivers.prefer(
             tx, person, {channel: sorted(set(kinds), key=KINDS.index) for channel, kinds in wanted.items()}
         )
@@ -55,16 +60,18 @@ def choose(
 # -- e-mail --------------------------------------------------------------------------------------------------------
 
 
-def set_email(database: Database, caller: Principal, address: str, messaging: Messaging) -> NotificationSettings:
+def set_email(database: Database, caller: Principal, new: NewEmail, messaging: Messaging) -> NotificationSettings:
     """A link is sent there; nothing else is, before it was opened. The same again sends another link.
 
     Raises Unavailable where the service sends no e-mail, and TooMany.
     """
     if messaging.mail is None:
         raise Unavailable("This service sends no e-mail: its operator has not said by which server.", 3600)
-    person, key = owner_of(caller), vapid_key(database)
+    person, key, address = owner_of(caller), vapid_key(database), new.address
     with database.write() as tx:
         now = clock.now(tx)
+        if new.language is not None:
+            receivers.speak(tx, person, new.language, again=False)
         if deliveries.count_since(tx, person, "confirm", now - timedelta(days=1)) >= CONFIRMATIONS_A_DAY:
             raise TooMany(f"{CONFIRMATIONS_A_DAY} links were sent today; try again tomorrow.", 3600)
         receivers.add(tx, NewReceiver("email", person, address, None), now)  # unless there is one
@@ -123,6 +130,8 @@ def subscribe(
     _check_keys(new.keys)
     with database.write() as tx:
         now = clock.now(tx)
+        if new.language is not None:
+            receivers.speak(tx, person, new.language, again=False)
         mine = None
         for row in receivers.by_address(tx, "push", new.endpoint):
             if row.person == person:
@@ -211,7 +220,9 @@ def _settings(
             ],
         }
     )
-    return NotificationSettings(email=email, push=push)
+    return NotificationSettings.model_validate(
+        {"language": receivers.language(tx, person), "email": email, "push": push}
+    )
 
 
 def _subscription(row: ReceiverRow, trouble: str | None = None) -> PushSubscriptionDocument:

@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from stillroom.store.database import Transaction, insert_unless_there, upsert
 from stillroom.store.rows import Json, ReceiverRow, as_row, as_row_or_none, columns
 from stillroom.store.tables import delivery, preference, receiver, service_key
+from stillroom.store.tables import language as spoken
 
 FRESH: Mapping[str, Any] = {
     "failures": 0, "failing_since": None, "resume_at": None, "ended_at": None, "ended_reason": None,
@@ -90,6 +91,21 @@ def preferences(tx: Transaction, person: str) -> Mapping[str, Sequence[str]]:
 def prefer(tx: Transaction, person: str, kinds: Mapping[str, Sequence[str]]) -> None:
     rows = [{"person": person, "channel": channel, "kinds": list(wanted)} for channel, wanted in kinds.items()]
     upsert(tx, preference, rows)
+
+
+def language(tx: Transaction, person: str) -> str | None:
+    """None: nobody has said."""
+    chosen: str | None = tx.execute(sa.select(spoken.c.language).where(spoken.c.person == person)).scalar()
+    return chosen
+
+
+def speak(tx: Transaction, person: str, wanted: str, again: bool = True) -> None:
+    """`again`: also where another one was chosen before."""
+    row = {"person": person, "language": wanted}
+    if again:
+        upsert(tx, spoken, [row])
+    else:
+        insert_unless_there(tx, spoken, row)
 
 
 def service_secret(tx: Transaction, name: str, make: str) -> str:

@@ -254,6 +254,13 @@ preference = sa.Table(
     sa.Column("kinds", sa.JSON, nullable=False),
 )
 
+language = sa.Table(
+    "language",  # in which a person is told
+    metadata,
+    sa.Column("person", sa.String(400), primary_key=True),
+    sa.Column("language", sa.String(8), nullable=False),
+)
+
 receiver = sa.Table(
     "receiver",  # where messages go: a person's address or browser, or a program's URL
     metadata,

@@ -157,12 +157,42 @@ def test_a_question_comes_with_a_picture_and_a_link_that_opens_it(
     assert page in text_of(letter).splitlines()
     html = text_of(letter, "html")
     assert f'href="{page}"' in html
+    for answer, said in (("accept:p1", "Take the new map"), ("accept:p2", "Keep Room r1 as it was")):
+        assert f"{said}: {page}?answer={answer}" in text_of(letter).splitlines()
+        assert re.search(rf'<a href="{re.escape(page)}\?answer={answer}"[^>]*>{said}</a>', html)
     (cid,) = re.findall(r'src="cid:([^"]+)"', html)
     (picture,) = [part for part in letter.walk() if part.get_content_type() == "image/png"]
     assert picture["Content-ID"] == f"<{cid}>"
     assert picture.get_content_disposition() == "inline"
     height, width = pixels(picture.get_content()).shape[:2]
     assert width > 2 * 400 > height
+
+
+def test_a_person_is_told_in_the_language_that_they_chose(
+    service: Service, messaging: Messaging, box: MailBox, anns: RobotCaller, core: Core
+) -> None:
+    ann = owner(service, ANN)
+    expect(ann.request("PUT", "/api/v1/notifications/email", json={"address": ANN, "language": "de"}), 202)
+    with delivering(service, messaging) as messenger:
+        messenger.settle()
+        asked = box.messages.pop()
+        assert asked["Subject"] == "Bestätigen Sie Ihre Adresse"
+        german = Caller(service.http, {"Accept-Language": "de-AT,de;q=0.9,en;q=0.8"})
+        assert "<button>Bestätigen</button>" in german.get(link_in(asked, "confirm")).text
+        assert "Adresse bestätigt" in german.request("POST", link_in(asked, "confirm")).text
+        core.planned |= {"1": rejected("c1"), "2": rejected("c2", rooms=("r2",))}
+        send(anns, "1")
+        hasten_after(service, messenger)
+        (letter,) = box.messages
+        assert letter["Subject"] == "ground: eine Frage zu Room r1"
+        assert "59 % von Room r1 sind weg. Antwortet bis" in text_of(letter)
+        assert "Room r1 lassen, wie es war" in text_of(letter, "html")
+        assert '<html lang="de">' in text_of(letter, "html")
+        expect(ann.request("PATCH", "/api/v1/notifications", json={"language": "en"}))
+        send(anns, "2")
+        hasten_after(service, messenger)
+        hasten_after(service, messenger)
+        assert box.messages[-1]["Subject"] == "ground: a question about Room r2"
 
 
 def hasten_after(service: Service, messenger: Any) -> None:

@@ -95,14 +95,19 @@ def test_a_question_reaches_the_browser_and_nobody_else_can_read_it(
         messenger.settle()
         hasten(service)
         messenger.settle()
+    page = "/robots/RB-1/maps/ground/conflicts/c1"
     assert device.shown == [
         {
             "kind": "conflict",
             "title": "ground: a question about Room r1",
             "body": device.shown[0]["body"],
-            "url": "/robots/RB-1/maps/ground/conflicts/c1",
+            "url": page,
             "tag": "RB-1/ground",
             "count": 1,
+            "actions": [
+                {"title": "Take the new map", "url": f"{page}?answer=accept:p1"},
+                {"title": "Keep Room r1 as it was", "url": f"{page}?answer=accept:p2"},
+            ],
         }
     ]
     assert device.shown[0]["body"].startswith("59 % of Room r1 is gone.")

@@ -2,6 +2,7 @@ import { Button } from "@mantine/core";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useId, useState } from "react";
 import { answered, api } from "../api/client";
+import { language } from "../texts";
 import { Kinds } from "./Kinds";
 import { done, type Settings, settingsQuery } from "./queries";
 import classes from "./Settings.module.css";
@@ -13,7 +14,8 @@ export function EmailSection({ email }: { readonly email: Settings["email"] }) {
   const ids = useId();
   const [address, setAddress] = useState(email.address ?? email.suggested ?? "");
   const set = useMutation({
-    mutationFn: (wanted: string) => answered(api.PUT("/api/v1/notifications/email", { body: { address: wanted } })),
+    mutationFn: (wanted: string) =>
+      answered(api.PUT("/api/v1/notifications/email", { body: { address: wanted, language } })),
     onSuccess: (settings) => queries.setQueryData(settingsQuery.queryKey, settings),
   });
   const remove = useMutation({

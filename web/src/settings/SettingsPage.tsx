@@ -4,6 +4,7 @@ import { Failure, Loading } from "../pages/states";
 import { QUESTIONS_PATH } from "../paths";
 import { texts } from "../texts";
 import { EmailSection } from "./EmailSection";
+import { LanguageChoice } from "./LanguageChoice";
 import { PushSection } from "./PushSection";
 import { settingsQuery, webhooksQuery } from "./queries";
 import classes from "./Settings.module.css";
@@ -23,6 +24,7 @@ export default function SettingsPage() {
       <Link href={QUESTIONS_PATH}>{settingsTexts.back}</Link>
       <h1>{settingsTexts.title}</h1>
       <p>{settingsTexts.lead}</p>
+      <LanguageChoice chosen={settings.data.language} />
       <EmailSection email={settings.data.email} />
       <PushSection push={settings.data.push} />
       <WebhooksSection webhooks={webhooks.data.items} />

@@ -1,6 +1,7 @@
 /** This browser's own subscription to messages. */
 
 import { answered, api, type Schemas } from "../api/client";
+import { language } from "../texts";
 
 const KEPT = "stillroom-push";
 const WORKER = "/sw.js";
@@ -53,6 +54,7 @@ async function tell(subscription: PushSubscription): Promise<Schemas["PushSubscr
         expirationTime: expirationTime ?? null,
         keys: { p256dh: keys?.["p256dh"] ?? "", auth: keys?.["auth"] ?? "" },
         label: browserName(navigator.userAgent),
+        language,
       },
     }),
   );

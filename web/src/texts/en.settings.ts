@@ -5,6 +5,8 @@ export const settingsEn = {
   lead: "One message a question; what repeats folds into it.",
   failed: "Your settings could not be loaded.",
   back: "All questions",
+  language: "Messages are in",
+  languages: { en: "English", de: "Deutsch" },
   kinds: { conflict: "questions about a map", parked: "missions that wait for their floor", room: "new rooms" },
   kindsOf: "Tell me about",
   saved: "Saved.",

@@ -13,6 +13,7 @@ from urllib.parse import quote, urlsplit
 from stillroom.service.messages.attempts import Attempt
 from stillroom.service.messages.links import SignedLink, sign
 from stillroom.service.messages.topics import Topic
+from stillroom.service.messages.words import Words
 from stillroom.settings import MailServer
 from stillroom.store.rows import ReceiverRow
 
@@ -23,42 +24,47 @@ MOST_PICTURES = 4
 MOST_TOPICS = 20
 _POLICY = SMTP.clone(max_line_length=998)  # signed links are long, and folding would break them
 _BUTTON = "display:inline-block;padding:10px 18px;background:#1c6b48;color:#fff;text-decoration:none;border-radius:6px"
+_OTHER = "display:inline-block;padding:9px 17px;border:1px solid #1c6b48;color:#1c6b48;text-decoration:none;border-radius:6px"
 
 
-def confirmation(to: ReceiverRow, key: str, public_url: str, link_key: bytes) -> EmailMessage:
+def confirmation(to: ReceiverRow, key: str, public_url: str, link_key: bytes, words: Words) -> EmailMessage:
     """Asks whether the address is right, and says nothing else."""
     until = datetime.now(UTC) + CONFIRM_WITHIN
     token = sign(SignedLink("confirm", to.key, to.address, until), link_key)
     url = f"{public_url}/email/confirm?token={quote(token)}"
-    said = "Somebody asked for messages about a robot's maps to be sent to this address."
-    ignore = "If it was not you, do nothing: no other message will come. The link works for three days."
-    made = _message(to, key, "Confirm your address", public_url)
-    made.set_content(f"{said}\n\nTo confirm that it was you, open\n{url}\n\n{ignore}\n")
-    made.add_alternative(
-        _html(f'<p>{said}</p><p><a href="{escape(url)}" style="{_BUTTON}">Confirm</a></p><p>{ignore}</p>'),
-        subtype="html",
-    )
+    said, ignore = words.confirm_said, words.confirm_ignore
+    made = _message(to, key, words.confirm, public_url)
+    made.set_content(f"{said}\n\n{words.confirm_open}\n{url}\n\n{ignore}\n")
+    button = f'<a href="{escape(url)}" style="{_BUTTON}">{words.confirm_button}</a>'
+    made.add_alternative(_html(f"<p>{escape(said)}</p><p>{button}</p><p>{escape(ignore)}</p>", words), subtype="html")
     return made
 
 
 def letter(
-    to: ReceiverRow, key: str, about: Sequence[Topic], pictures: Sequence[bytes], public_url: str, link_key: bytes
+    to: ReceiverRow,
+    key: str,
+    about: Sequence[Topic],
+    pictures: Sequence[bytes],
+    public_url: str,
+    link_key: bytes,
+    words: Words,
 ) -> EmailMessage:
     """All that is to be told at once. `pictures`: PNG of the first topics."""
-    subject = about[0].title if len(about) == 1 else f"{len(about)} questions about your maps"
+    subject = about[0].title if len(about) == 1 else words.many.format(n=len(about))
     stop = f"{public_url}/email/stop?token={quote(sign(SignedLink('stop', to.key, to.address), link_key))}"
     shown, more = about[:MOST_TOPICS], len(about[MOST_TOPICS:])
-    rest = f"And {more} more: {public_url}/questions" if more else ""
+    rest = words.more.format(n=more, url=f"{public_url}/questions") if more else ""
     made = _message(to, key, subject, public_url)
     made["List-Unsubscribe"] = f"<{stop}>"
     made["List-Unsubscribe-Post"] = "List-Unsubscribe=One-Click"
-    texts = [f"{topic.title}\n{topic.text}\n{topic.url}\n" for topic in shown]
-    made.set_content("\n".join([*texts, *([rest] if rest else []), "-- ", f"No more messages: {stop}", ""]))
+    texts = [_plain(topic) for topic in shown]
+    made.set_content("\n".join([*texts, *([rest] if rest else []), "-- ", f"{words.stop}: {stop}", ""]))
     # A content id is found within one message alone; it needs nothing more to be unique.
     ids = [f"picture{number}" for number in range(len(pictures))]
-    parts = [_part(topic, ids[n] if n < len(ids) else None) for n, topic in enumerate(shown)]
-    end = f'<p style="color:#555;font-size:13px"><a href="{escape(stop)}">No more messages</a></p>'
-    made.add_alternative(_html("".join([*parts, f"<p>{escape(rest)}</p>" if rest else "", end])), subtype="html")
+    parts = [_part(topic, ids[n] if n < len(ids) else None, words) for n, topic in enumerate(shown)]
+    end = f'<p style="color:#555;font-size:13px"><a href="{escape(stop)}">{words.stop}</a></p>'
+    body = "".join([*parts, f"<p>{escape(rest)}</p>" if rest else "", end])
+    made.add_alternative(_html(body, words), subtype="html")
     html = made.get_body(("html",))
     assert html is not None
     for name, picture in zip(ids, pictures, strict=True):
@@ -120,14 +126,24 @@ def _message(to: ReceiverRow, key: str, subject: str, public_url: str) -> EmailM
     return made
 
 
-def _part(topic: Topic, cid: str | None) -> str:
+def _plain(topic: Topic) -> str:
+    return "\n".join([topic.title, topic.text, topic.url, *(f"{said}: {url}" for said, url in topic.answers), ""])
+
+
+def _part(topic: Topic, cid: str | None, words: Words) -> str:
+    """With a button for each answer; each leads to the page that shows what it means and asks whether it is meant."""
     title = f"<h2 style='font-size:18px;margin:24px 0 8px'>{escape(topic.title)}</h2><p>{escape(topic.text)}</p>"
     picture = "" if cid is None else f'<p><img src="cid:{cid}" alt="{escape(topic.text)}" style="max-width:100%"></p>'
-    return f'{title}{picture}<p><a href="{escape(topic.url)}" style="{_BUTTON}">Look and answer</a></p>'
+    links = [*topic.answers, (words.look_first if topic.answers else words.look, topic.url)]
+    buttons = "".join(
+        f'<p><a href="{escape(url)}" style="{_OTHER if number else _BUTTON}">{escape(said)}</a></p>'
+        for number, (said, url) in enumerate(links)
+    )
+    return f"{title}{picture}{buttons}"
 
 
-def _html(body: str) -> str:
+def _html(body: str, words: Words) -> str:
     return (
-        '<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+        f'<!doctype html><html lang="{words.language}"><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
         f'<body style="font:16px/1.5 sans-serif;color:#222;max-width:640px">{body}</body></html>'
     )

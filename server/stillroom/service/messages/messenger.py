@@ -22,6 +22,7 @@ from stillroom.service.messages.review_picture import review_picture
 from stillroom.service.messages.schedule import SPACING, is_over, next_try, pause
 from stillroom.service.messages.sending import send_push, send_webhook
 from stillroom.service.messages.topics import Topic, topics
+from stillroom.service.messages.words import Words, words_of
 from stillroom.settings import Messaging
 from stillroom.store import clock, deliveries, receivers
 from stillroom.store.database import Database, Transaction
@@ -111,19 +112,25 @@ class Messenger:
         if to.channel == "webhook":
             return send_webhook(to, first, outbound, self._resolve, self._total_s)
         if first.kind == "confirm":
-            return self._mail(mail.confirmation(to, first.key, self._messaging.public_url, link_key(self._database)))
+            key = link_key(self._database)
+            return self._mail(mail.confirmation(to, first.key, self._messaging.public_url, key, self._words(to)))
         if to.confirmed_at is None:
             return Attempt("pointless")  # the address was changed a moment ago
-        about = topics(self._database, parcel.deliveries, self._messaging.public_url)
+        words = self._words(to)
+        about = topics(self._database, parcel.deliveries, self._messaging.public_url, words)
         if not about:
             return Attempt("pointless")
         if to.channel == "push":
             return send_push(
-                to, about, vapid_key(self._database), self._subject(), outbound, self._resolve, self._total_s
+                to, about, words, vapid_key(self._database), self._subject(), outbound, self._resolve, self._total_s
             )
         pictures = self._pictures(about)
         key = link_key(self._database)
-        return self._mail(mail.letter(to, first.key, about, pictures, self._messaging.public_url, key))
+        return self._mail(mail.letter(to, first.key, about, pictures, self._messaging.public_url, key, words))
+
+    def _words(self, to: ReceiverRow) -> Words:
+        with self._database.read() as tx:
+            return words_of(receivers.language(tx, to.person))
 
     def _mail(self, message: EmailMessage) -> Attempt:
         if self._messaging.mail is None:

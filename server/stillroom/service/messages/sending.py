@@ -18,14 +18,17 @@ from stillroom.service.messages.attempts import Attempt
 from stillroom.service.messages.keys import VapidKey, decode_base64url, encode_base64url
 from stillroom.service.messages.outbound import TOTAL_S, Forbidden, Resolve, post, resolve
 from stillroom.service.messages.topics import Topic
+from stillroom.service.messages.words import Words
 from stillroom.service.webhooks import valid_secrets
 from stillroom.settings import Outbound
-from stillroom.store.rows import DeliveryRow, ReceiverRow
+from stillroom.store.rows import DeliveryRow, Json, ReceiverRow
 
 PUSH_LIFE = timedelta(days=7)
 """So long a push service keeps a message for a browser that is not running: as long as a question waits."""
 _MOST_TEXT = 600
 """Of a message's text: all of it must fit the 4096 bytes that push services take."""
+_MOST_ACTIONS = 2
+"""So many buttons do browsers show."""
 _LONGEST_WAIT_S = 24 * 3600.0
 
 
@@ -49,6 +52,7 @@ def send_webhook(
 def send_push(
     to: ReceiverRow,
     about: Sequence[Topic],
+    words: Words,
     key: VapidKey,
     subject: str,
     outbound: Outbound,
@@ -56,7 +60,7 @@ def send_push(
     total_s: float = TOTAL_S,
 ) -> Attempt:
     """Encrypted for the browser alone (RFC 8291), signed by the service (RFC 8292). `subject`: who runs it, as a URL."""
-    told = notification(about)
+    told = notification(about, words)
     claims = {"aud": _origin(to.address), "sub": subject}
     headers: dict[str, str] = {
         **Vapid02(key.private, {"no-strict": True}).sign(claims),
@@ -77,14 +81,14 @@ def send_push(
     return _posted(to.address, headers, body, outbound, resolve, total_s, gone=(404, 410), never=(400, 413))
 
 
-def notification(about: Sequence[Topic]) -> dict[str, str | int]:
+def notification(about: Sequence[Topic], words: Words) -> Json:
     """What a service worker is given to show."""
     if len(about) > 1:
         first = about[0].delivery
         text = "; ".join(topic.title for topic in about)
         return {
             "kind": "digest",
-            "title": f"{len(about)} questions about your maps",
+            "title": words.many.format(n=len(about)),
             "body": text[:_MOST_TEXT],
             "url": "/questions",
             "tag": f"digest/{first.receiver_id}",
@@ -99,7 +103,13 @@ def notification(about: Sequence[Topic]) -> dict[str, str | int]:
         "url": urlsplit(topic.url).path or "/",
         "tag": f"{content.get('robot', '')}/{content.get('map', '')}",
         "count": 1,
+        "actions": [{"title": said[:60], "url": _path(url)} for said, url in topic.answers[:_MOST_ACTIONS]],
     }
+
+
+def _path(url: str) -> str:
+    parts = urlsplit(url)
+    return f"{parts.path}?{parts.query}"
 
 
 def _posted(

@@ -2,9 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from urllib.parse import urlencode
 
+from stillroom.service.messages.answers import answers
 from stillroom.service.messages.links import page_url
-from stillroom.store import conflicts
+from stillroom.service.messages.words import Words, concerned
+from stillroom.store import conflicts, missions
 from stillroom.store.database import Database
 from stillroom.store.rows import ConflictRow, DeliveryRow
 
@@ -19,39 +22,50 @@ class Topic:
     url: str
     conflict: ConflictRow | None
     """None: a test."""
+    answers: tuple[tuple[str, str], ...] = ()
+    """What can be answered, and the page that asks whether it is meant; the recommended one first."""
 
 
-def topics(database: Database, deliveries: Sequence[DeliveryRow], public_url: str) -> list[Topic]:
+def topics(database: Database, deliveries: Sequence[DeliveryRow], public_url: str, words: Words) -> list[Topic]:
     """What there still is to tell, in order; each once."""
     found: dict[object, Topic] = {}
     for delivery in deliveries:
-        topic = _test(delivery, public_url) if delivery.kind == "test" else _topic(database, delivery, public_url)
+        is_test = delivery.kind == "test"
+        topic = _test(delivery, public_url, words) if is_test else _topic(database, delivery, public_url, words)
         if topic is not None:
             found.setdefault(topic.url, topic)
     return list(found.values())
 
 
-def _test(delivery: DeliveryRow, public_url: str) -> Topic:
-    return Topic(delivery, "This is a test", "Messages about your maps reach you here.", public_url, None)
+def _test(delivery: DeliveryRow, public_url: str, words: Words) -> Topic:
+    return Topic(delivery, *words.test, public_url, None)
 
 
-def _topic(database: Database, delivery: DeliveryRow, public_url: str) -> Topic | None:
+def _topic(database: Database, delivery: DeliveryRow, public_url: str, words: Words) -> Topic | None:
     content = delivery.content
     with database.read() as tx:
         row = conflicts.by_key(tx, content["map_id"], content["conflict"])
-    if row is None or row.decided_by is not None:
-        return None
-    title = f"{content['title']}: {_about(delivery.kind, row)}"
-    text = row.summary
+        if row is None or row.decided_by is not None:
+            return None
+        mission = missions.get(tx, row.mission_id)
+        proposals = conflicts.proposals(tx, [row.sighting_id])[row.sighting_id]
+    title = f"{content['title']}: {_about(delivery.kind, row, words)}"
+    text = words.summary(row, proposals)
     if row.due_at is not None:
-        text += f" If nobody answers by {row.due_at:%d %B %Y, %H:%M} UTC, the map stays as it was."
-    return Topic(delivery, title, text, page_url(public_url, content), row)
+        text += " " + words.deadline.format(when=words.day(row.due_at))
+    url = page_url(public_url, content)
+    names = [room["name"] for room in concerned(row)]
+    was_taken = row.resolved or mission.version != row.base_version
+    offered = (
+        (words.answer(one.saying, names), f"{url}?{urlencode({'answer': one.key}, safe=':')}")
+        for one in answers(row, was_taken, proposals)
+    )
+    return Topic(delivery, title, text, url, row, tuple(offered))
 
 
-def _about(kind: str, row: ConflictRow) -> str:
+def _about(kind: str, row: ConflictRow, words: Words) -> str:
     if kind == "parked":
-        return "which floor is this?"
+        return words.which_floor
+    nameless, named = words.new_room if kind == "room" else words.question
     names = ", ".join(room["name"] for room in row.rooms)
-    if kind == "room":
-        return f"a new room, {names}" if names else "a new room"
-    return f"a question about {names}" if names else "a question about your map"
+    return named.format(rooms=names) if names else nameless
