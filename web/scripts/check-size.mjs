@@ -7,6 +7,7 @@ const folder = "../server/stillroom/static";
 const PAGES = [
   { page: "viewing", entries: ["index.html", "src/pages/MapPage.tsx"], budgetKb: 200 },
   { page: "reviewing", entries: ["index.html", "src/review/ReviewPage.tsx"], budgetKb: 210 },
+  { page: "the fleet", entries: ["index.html", "src/fleet/FleetPages.tsx"], budgetKb: 170 },
   { page: "editing", entries: ["index.html", "src/pages/MapPage.tsx", "src/editor/Editor.tsx"], budgetKb: 300 },
 ];
 

@@ -1,14 +1,14 @@
-import { useQuery } from "@tanstack/react-query";
-import { lazy, Suspense } from "react";
-import { Route, Switch } from "wouter";
+import { type UseQueryResult, useQuery } from "@tanstack/react-query";
+import { lazy, type ReactNode, Suspense } from "react";
+import { Route, Switch, useRoute } from "wouter";
 import { isSignedOut } from "./api/client";
 import { Live } from "./api/live";
-import { robotsQuery } from "./api/queries";
+import { robotsQuery, sessionQuery } from "./api/queries";
 import { Header } from "./Header";
 import { MapsPage } from "./pages/MapsPage";
 import { SignedOutPage } from "./pages/SignedOutPage";
 import { Failure, Loading, Nothing } from "./pages/states";
-import { QUESTIONS_PATH, SETTINGS_PATH } from "./paths";
+import { FLEET_PATH, QUESTIONS_PATH, SETTINGS_PATH } from "./paths";
 import { texts } from "./texts";
 
 // The map page brings the map library along, which the list of maps has no need of.
@@ -16,71 +16,93 @@ const MapPage = lazy(() => import("./pages/MapPage"));
 const QuestionsPage = lazy(() => import("./pages/QuestionsPage"));
 const SettingsPage = lazy(() => import("./settings/SettingsPage"));
 const ReviewPage = lazy(() => import("./review/ReviewPage"));
+const FleetPages = lazy(() => import("./fleet/FleetPages"));
 
 export function App() {
-  const robots = useQuery(robotsQuery);
-  if (isSignedOut(robots.error)) {
+  const [ofFleet] = useRoute(`${FLEET_PATH}/*?`);
+  return ofFleet ? <Fleet /> : <Homes />;
+}
+
+/** Without the list of robots: a fleet has too many. */
+function Fleet() {
+  return <SignedIn asked={useQuery(sessionQuery)}>{() => <FleetPages />}</SignedIn>;
+}
+
+function Homes() {
+  return (
+    <SignedIn asked={useQuery(robotsQuery)}>
+      {({ items: robots }) => (
+        <Switch>
+          <Route path="/">
+            <MapsPage robots={robots} />
+          </Route>
+          <Route path={QUESTIONS_PATH}>
+            <QuestionsPage robots={robots} />
+          </Route>
+          <Route path={SETTINGS_PATH}>
+            <SettingsPage />
+          </Route>
+          <Route path="/robots/:robot/maps/:map/conflicts/:conflict">
+            {({ robot, map, conflict }) => (
+              <ReviewPage
+                key={`${robot}/${map}/${conflict}`}
+                robot={robot}
+                map={map}
+                conflict={conflict}
+                robots={robots}
+              />
+            )}
+          </Route>
+          <Route path="/robots/:robot/maps/:map">
+            {({ robot, map }) => <MapPage key={`${robot}/${map}`} robot={robot} map={map} robots={robots} />}
+          </Route>
+          <Route>
+            <Nothing />
+          </Route>
+        </Switch>
+      )}
+    </SignedIn>
+  );
+}
+
+interface SignedInProps<T> {
+  readonly asked: UseQueryResult<T>;
+  readonly children: (data: T) => ReactNode;
+}
+
+/** What needs somebody signed in, once what was asked for is there; else the way in. */
+function SignedIn<T>({ asked: { data, error, isPending, refetch }, children }: SignedInProps<T>) {
+  if (isSignedOut(error)) {
     return (
       <Page>
-        <SignedOutPage look={() => void robots.refetch()} />
+        <SignedOutPage look={() => void refetch()} />
       </Page>
     );
   }
-  if (robots.isPending) {
+  if (isPending) {
     return (
       <Page>
         <Loading />
       </Page>
     );
   }
-  if (robots.data === undefined) {
+  if (data === undefined) {
     return (
       <Page>
-        <Failure what={texts.maps.failed} error={robots.error} retry={() => void robots.refetch()} />
+        <Failure what={texts.maps.failed} error={error} retry={() => void refetch()} />
       </Page>
     );
   }
   return (
     <Live>
       <Page live>
-        <Suspense fallback={<Loading />}>
-          <Switch>
-            <Route path="/">
-              <MapsPage robots={robots.data.items} />
-            </Route>
-            <Route path={QUESTIONS_PATH}>
-              <QuestionsPage robots={robots.data.items} />
-            </Route>
-            <Route path={SETTINGS_PATH}>
-              <SettingsPage />
-            </Route>
-            <Route path="/robots/:robot/maps/:map/conflicts/:conflict">
-              {({ robot, map, conflict }) => (
-                <ReviewPage
-                  key={`${robot}/${map}/${conflict}`}
-                  robot={robot}
-                  map={map}
-                  conflict={conflict}
-                  robots={robots.data.items}
-                />
-              )}
-            </Route>
-            <Route path="/robots/:robot/maps/:map">
-              {({ robot, map }) => (
-                <MapPage key={`${robot}/${map}`} robot={robot} map={map} robots={robots.data.items} />
-              )}
-            </Route>
-            <Route>
-              <Nothing />
-            </Route>
-          </Switch>
-        </Suspense>
+        <Suspense fallback={<Loading />}>{children(data)}</Suspense>
       </Page>
     </Live>
   );
 }
 
-function Page({ live = false, children }: { readonly live?: boolean; readonly children: React.ReactNode }) {
+function Page({ live = false, children }: { readonly live?: boolean; readonly children: ReactNode }) {
   return (
     <>
       <a className="skip-link" href="#content">

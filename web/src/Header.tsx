@@ -4,10 +4,10 @@ import { useState } from "react";
 import { Link } from "wouter";
 import { api } from "./api/client";
 import { useConnection } from "./api/live";
-import { questionsQuery } from "./api/queries";
+import { questionsQuery, sessionQuery } from "./api/queries";
 import classes from "./Header.module.css";
 import { Icon } from "./icons";
-import { QUESTIONS_PATH } from "./paths";
+import { FLEET_PATH, QUESTIONS_PATH } from "./paths";
 import { switchLanguage, texts } from "./texts";
 
 const NEXT = { auto: "light", light: "dark", dark: "auto" } as const;
@@ -23,6 +23,7 @@ export function Header({ live }: { readonly live: boolean }) {
       </Link>
       <div className={classes.tools}>
         {live && <ConnectionState />}
+        {live && <FleetLink />}
         {live && <QuestionBadge />}
         <button
           type="button"
@@ -47,6 +48,17 @@ function ConnectionState() {
     <span className={classes.connection} role="status" data-state={connection} title={hint}>
       <span className={classes.state}>{label}</span>
     </span>
+  );
+}
+
+/** For whoever runs the fleet; owners have no use for it. */
+function FleetLink() {
+  const { data } = useQuery(sessionQuery);
+  if (data?.kind !== "operator") return null;
+  return (
+    <Link href={FLEET_PATH} className={classes.questions} aria-label={texts.fleet} title={texts.fleet}>
+      <Icon name="chart" />
+    </Link>
   );
 }
 

@@ -4,6 +4,8 @@ export const QUESTIONS_PATH = "/questions";
 
 export const SETTINGS_PATH = "/settings";
 
+export const FLEET_PATH = "/fleet";
+
 export const questionPath = (robot: string, map: string, conflict: string): string =>
   `${mapPath(robot, map)}/conflicts/${encodeURIComponent(conflict)}`;
 

@@ -3,6 +3,7 @@
 import { setLocale } from "./numbers";
 import { en } from "./texts/en";
 import type { editorEn } from "./texts/en.editor";
+import type { fleetEn } from "./texts/en.fleet";
 import type { reviewEn } from "./texts/en.review";
 import type { settingsEn } from "./texts/en.settings";
 
@@ -11,6 +12,7 @@ export { area, count } from "./numbers";
 export type Texts = typeof en;
 export type ConflictTexts = Readonly<Record<string, (rooms: string, percent: number) => string>>;
 export type EditorTexts = typeof editorEn;
+export type FleetTexts = typeof fleetEn;
 export type ReviewTexts = typeof reviewEn;
 export type SettingsTexts = typeof settingsEn;
 export type Language = "en" | "de";

@@ -29,6 +29,12 @@ export const robotsQuery = queryOptions({
   queryFn: ({ signal }) => answered(api.GET("/api/v1/robots", { params: { query: { limit: 1000 } }, signal })),
 });
 
+/** Who is signed in. */
+export const sessionQuery = queryOptions({
+  queryKey: ["session"],
+  queryFn: ({ signal }) => answered(api.GET("/api/v1/session", { signal })),
+});
+
 /** Everything of a map that a new event can change has a key that starts like this. */
 export const mapKey = (robot: string, map: string) => ["map", robot, map] as const;
 

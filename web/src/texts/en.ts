@@ -12,6 +12,7 @@ export const en = {
   home: "All maps",
   skip: "Skip to the content",
   notFound: { title: "Nothing here", text: "There is no page at this address.", back: "Back to all maps" },
+  fleet: "Fleet: how often updates fail",
   retry: "Try again",
   loading: "Loading",
   language: { label: "EN: English. Switch to German.", short: "EN" },

@@ -1,7 +1,9 @@
 import { describe, expect, it } from "vitest";
 import { de, editorDe, reviewDe, settingsDe } from "./de";
+import { fleetDe } from "./de.fleet";
 import { en } from "./en";
 import { editorEn } from "./en.editor";
+import { fleetEn } from "./en.fleet";
 import { reviewEn } from "./en.review";
 import { settingsEn } from "./en.settings";
 
@@ -36,6 +38,7 @@ describe.each([
   ["the editor", editorEn, editorDe],
   ["the review page", reviewEn, reviewDe],
   ["messages", settingsEn, settingsDe],
+  ["the fleet", fleetEn, fleetDe],
 ])("the texts of %s", (_, english, german) => {
   it("are the same ones in both languages, and none is left untranslated", () => {
     const [one, other] = [leaves(english), leaves(german)];

@@ -1,0 +1,51 @@
+import { useQuery } from "@tanstack/react-query";
+import { Link, Route, Switch, useLocation } from "wouter";
+import { sessionQuery } from "../api/queries";
+import { Loading, Nothing, Notice } from "../pages/states";
+import { CausePage } from "./CausePage";
+import { CausesPage } from "./CausesPage";
+import classes from "./Fleet.module.css";
+import { OverviewPage } from "./OverviewPage";
+import { CAUSES_PATH, OVERVIEW_PATH, withSearch } from "./paths";
+import { fleetTexts } from "./texts";
+import { useFilters } from "./useFilters";
+
+/** The pages for whoever runs the fleet. */
+export default function FleetPages() {
+  const { data } = useQuery(sessionQuery);
+  const { search } = useFilters();
+  const [path] = useLocation();
+  if (!data) return <Loading />;
+  if (data.kind !== "operator") {
+    return (
+      <Notice title={fleetTexts.onlyTitle}>
+        <p>{fleetTexts.only}</p>
+      </Notice>
+    );
+  }
+  const tab = (address: string, name: string, on: boolean) => (
+    <Link href={withSearch(address, search)} aria-current={on ? "page" : undefined}>
+      {name}
+    </Link>
+  );
+  return (
+    <div className={classes.page}>
+      <nav className={classes.tabs} aria-label={fleetTexts.pages}>
+        {tab(OVERVIEW_PATH, fleetTexts.overview, path === OVERVIEW_PATH)}
+        {tab(CAUSES_PATH, fleetTexts.causes, path.startsWith(CAUSES_PATH))}
+      </nav>
+      <Switch>
+        <Route path={OVERVIEW_PATH}>
+          <OverviewPage />
+        </Route>
+        <Route path={CAUSES_PATH}>
+          <CausesPage />
+        </Route>
+        <Route path={`${CAUSES_PATH}/:id`}>{({ id }) => <CausePage key={id} id={id} />}</Route>
+        <Route>
+          <Nothing />
+        </Route>
+      </Switch>
+    </div>
+  );
+}
