@@ -95,6 +95,11 @@ class NotParked(StillroomError):
     title = "The mission is not parked"
 
 
+class NotUnprocessed(StillroomError):
+    slug = "not-unprocessed"
+    title = "The mission was processed"
+
+
 class PreconditionRequired(StillroomError):
     slug = "precondition-required"
     title = "If-Match is required"

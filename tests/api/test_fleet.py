@@ -25,6 +25,7 @@ OPERATORS_ONLY = [
     ("PUT", "causes/0123456789abcdef/mute"),
     ("DELETE", "causes/0123456789abcdef/mute"),
     ("GET", "missions"),
+    ("GET", "unprocessed"),
 ]
 
 
@@ -148,6 +149,53 @@ def test_what_can_be_selected_by_is_listed(service: Service, mapped: RobotCaller
     assert total(service)["missions"] == 1
     found = ask(service, "filters")
     assert (found["firmware"], found["model"], found["size"]) == (["5.2"], ["S9"], ["1-3"])
+
+
+# -- missions that could not be processed ---------------------------------------------------------------------------
+
+
+def broken(*_asked: Any) -> Any:
+    raise RuntimeError("a fault that is mended later")
+
+
+def test_a_mission_that_could_not_be_processed_is_listed_and_can_be_run_again(
+    service: Service, mapped: RobotCaller, core: Core
+) -> None:
+    core.planned["1"] = broken
+    mapped.upload("1", home(shift=(1, 0)))
+    mapped.upload("2", home(shift=(1, 0)), map_name="upstairs")
+    (failed,) = ask(service, "unprocessed")["items"]
+    assert (failed["mission"], failed["attempts"], failed["robot"]) == ("1", 1, mapped.id)
+    assert "RuntimeError: a fault that is mended later" in failed["error"]
+    assert (total(service)["missions"], total(service)["reverted"]) == (1, 1)
+    (cause,) = ask(service, "causes")["items"]
+    assert (cause["kind"], cause["cause"], cause["stage"]) == ("error", "RuntimeError", "processing")
+    del core.planned["1"]
+    again = service.operator.request("POST", failed["url"] + "/run")
+    assert (again.status_code, again.headers["Location"]) == (202, failed["url"])
+    service.worker.resume()
+    assert ask(service, "unprocessed")["items"] == []
+    found = service.operator.get(f"{mapped.path()}/missions/1").json()
+    assert (found["outcome"], found["version"]) == ("updated", 2)
+    assert (total(service)["missions"], total(service)["reverted"]) == (1, 0)
+    assert ask(service, "causes")["items"] == []
+    refused = service.operator.request("POST", failed["url"] + "/run")
+    assert (refused.status_code, refused.json()["type"].rsplit("/", 1)[1]) == (409, "not-unprocessed")
+
+
+def test_a_mission_that_is_run_again_after_a_newer_one_is_late(
+    service: Service, mapped: RobotCaller, core: Core
+) -> None:
+    core.planned["1"] = broken
+    for key in ("1", "2"):
+        mapped.upload(key, home(shift=(1, 0)))
+    del core.planned["1"]
+    (failed,) = ask(service, "unprocessed")["items"]
+    assert service.operator.request("POST", failed["url"] + "/run").status_code == 202
+    service.worker.resume()
+    assert service.operator.get(f"{mapped.path()}/missions/1").json()["outcome"] == "superseded"
+    assert total(service)["missions"] == 1
+    assert mapped.request("POST", failed["url"] + "/run").status_code == 403
 
 
 # -- escapes: taken by itself, and then corrected by a person -------------------------------------------------------

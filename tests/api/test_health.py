@@ -62,6 +62,17 @@ def test_the_metrics_count_missions_by_outcome_and_those_that_wait(service: Serv
     assert found["stillroom_oldest_waiting_seconds", None] >= 0
 
 
+def test_the_metrics_hold_what_failure_rates_are_made_of(service: Service, mapped: RobotCaller) -> None:
+    mapped.upload("5", home(shift=(1, 0)))
+    assert values(service)["stillroom_missions_uncounted", None] == 2
+    service.operator.get("/api/v1/fleet/failure-rates")
+    found = values(service)
+    assert (found["stillroom_missions_judged_total", None], found["stillroom_missions_uncounted", None]) == (1, 0)
+    assert found["stillroom_missions_escaped_total", None] == found["stillroom_missions_unprocessed", None] == 0
+    text = service.stranger.get("/metrics").text
+    assert 'stillroom_missions_failed_total{row="transfer"} 0.0' in text
+
+
 @pytest.mark.parametrize("path", ["/", "/robots/RB-1/maps/ground", "/healthz", "/api/v1/nothing", "/openapi.json"])
 def test_every_answer_carries_the_headers_that_keep_browsers_safe(service: Service, path: str) -> None:
     headers = service.stranger.get(path).headers

@@ -7,10 +7,21 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Path, Query, Request
 from starlette.responses import Response
 
-from stillroom.api.context import Caller, Limit, NumberCursor, Service, document, operator_only, page
+from stillroom.api.context import (
+    AnyMissionId,
+    Caller,
+    Limit,
+    MapName,
+    NumberCursor,
+    RobotId,
+    Service,
+    document,
+    operator_only,
+    page,
+)
 from stillroom.documents import fleet
 from stillroom.documents.api import Page
-from stillroom.service.fleet import causes, rates
+from stillroom.service.fleet import causes, rates, unprocessed
 from stillroom.service.fleet.selecting import Asked
 
 router = APIRouter(prefix="/api/v1/fleet", dependencies=[Depends(operator_only)])
@@ -137,3 +148,17 @@ def list_missions(
 ) -> Response:
     """Those that failed, by one cause or by any, or those that escaped; the newest arrivals first."""
     return page(request, causes.missions(service.database, which, cause, escaped, cursor, limit))
+
+
+@router.get("/unprocessed", response_model=Page[fleet.UnprocessedMission])
+def list_unprocessed(request: Request, service: Service, cursor: NumberCursor, limit: Limit = 100) -> Response:
+    """Missions that could not be processed, with the error; the newest arrivals first."""
+    return page(request, unprocessed.list_unprocessed(service.database, cursor, limit))
+
+
+@router.post("/robots/{robot}/maps/{map}/missions/{mission}/run", status_code=202, response_class=Response)
+def run_again(service: Service, robot: RobotId, map_name: MapName, key: AnyMissionId) -> Response:
+    """Queues a mission again that could not be processed. Where newer missions were processed since, it is late."""
+    unprocessed.run_again(service.database, robot, map_name, key)
+    where = f"/api/v1/fleet/robots/{robot}/maps/{map_name}/missions/{key}"
+    return Response(status_code=202, headers={"Location": where})

@@ -26,6 +26,7 @@ STATUS_CODES: dict[type[StillroomError], int] = {
     errors.AlreadyDecided: 409,
     errors.ProposalOutdated: 409,
     errors.NotParked: 409,
+    errors.NotUnprocessed: 409,
     errors.ChangedSince: 409,
     errors.PreconditionRequired: 428,
     errors.StaleVersion: 412,

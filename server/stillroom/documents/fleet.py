@@ -174,6 +174,20 @@ class Mute(Document):
     note: Annotated[str, Field(max_length=500)] = ""
 
 
+class UnprocessedMission(Document):
+    """Processing raised, or ended its worker again and again; the previous map was kept."""
+
+    robot: str
+    map: str
+    mission: str
+    received_at: datetime
+    finished_at: datetime | None
+    attempts: int
+    algorithm: str
+    error: str
+    url: str
+
+
 class FleetMissionItem(Document):
     robot: str
     map: str

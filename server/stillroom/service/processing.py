@@ -47,7 +47,8 @@ def process_next(database: Database, grids: GridStore, resolvers: Sequence[Resol
 def _give_up(database: Database, claim: lanes.Claim) -> bool:
     gathered = gather(database, claim.mission_id)
     reason = f"Processing ended the worker {MAX_ATTEMPTS} times; the mission is kept and was not taken."
-    return _commit(database, claim, gathered, None, _failure(gathered, reason, Timings()))
+    stack = f"WorkerDied: processing ended the worker {MAX_ATTEMPTS} times"
+    return _commit(database, claim, gathered, None, _failure(gathered, reason, Timings(), stack))
 
 
 def _process(database: Database, grids: GridStore, claim: lanes.Claim, resolvers: Sequence[ResolverName]) -> bool:
@@ -111,7 +112,7 @@ def _finding(gathered: Gathered, update: MapUpdate, warnings: tuple[str, ...], t
     )
 
 
-def _failure(gathered: Gathered, reason: str, timings: Timings, stack: str | None = None) -> missions.Finding:
+def _failure(gathered: Gathered, reason: str, timings: Timings, stack: str) -> missions.Finding:
     head = gathered.of.head
     result: Json = {"timings_ms": timings.ms}
     return missions.Finding("reverted", reason, head, head, __version__, None, None, result, stack)

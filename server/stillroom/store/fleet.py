@@ -176,6 +176,7 @@ def count(tx: Transaction, looked_at: Sequence[int], facts: Sequence[Counted]) -
 
 def uncount(tx: Transaction, mission_id: int) -> None:
     """Takes a mission out of the tallies again: it is processed once more. Counting must be held."""
+    tx.execute(sa.delete(uncounted).where(uncounted.c.mission_id == mission_id))
     fact = fact_of(tx, mission_id)
     if fact is None:
         return

@@ -91,6 +91,13 @@ def tallies(tx: Transaction, of: Selection, by: Dimension | None) -> list[Group]
     return [Group(str(row.key), {name: row._mapping[name] or "" for name in TALLIES}) for row in tx.execute(query)]
 
 
+def totals(tx: Transaction) -> Mapping[str, int]:
+    """How many missions each tally has, of all days."""
+    sums = (sa.func.sum(sa.func.length(fleet_day.c[name])).label(name) for name in TALLIES)
+    row = tx.execute(sa.select(*sums)).one()._mapping
+    return {name: int(row[name] or 0) // WIDTH for name in TALLIES}
+
+
 def known(tx: Transaction) -> Mapping[str, list[str]]:
     """The values that there are of each dimension, of all days."""
     return {

@@ -7,13 +7,16 @@ its number.
 
 import sqlalchemy as sa
 
-from stillroom.store.tables import BigId, UtcDateTime, metadata
+from stillroom.store.tables import BigId, UtcDateTime, metadata, mission
 
 uncounted = sa.Table(
     "uncounted",  # missions that were processed and are not in the tallies yet
     metadata,
     sa.Column("mission_id", sa.ForeignKey("mission.id"), primary_key=True, autoincrement=False),
 )
+
+_unprocessed = mission.c.traceback.is_not(None)
+sa.Index("ix_mission_unprocessed", mission.c.id, sqlite_where=_unprocessed, postgresql_where=_unprocessed)
 
 unjudged = sa.Table(
     "unjudged",  # versions that people made, of which it is not known yet whether they correct a mission

@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from stillroom.store.database import Transaction, insert_unless_there
 from stillroom.store.fleet_tables import uncounted
 from stillroom.store.rows import Json, MissionRow, as_row, as_row_or_none, columns
-from stillroom.store.tables import mission
+from stillroom.store.tables import map_, mission
 
 _MISSION = sa.select(*columns(mission, MissionRow))
 
@@ -94,6 +94,43 @@ def traceback(tx: Transaction, mission_id: int) -> str | None:
     return found
 
 
+@dataclass(frozen=True)
+class FailedRow:
+    """A mission that could not be processed."""
+
+    id: int
+    robot_id: str
+    map_name: str
+    key: str
+    received_at: datetime
+    finished_at: datetime | None
+    attempts: int
+    algorithm: str | None
+    traceback: str
+
+
+def unprocessed(tx: Transaction, before: int | None, limit: int) -> Sequence[FailedRow]:
+    """The newest arrivals first."""
+    query = (
+        sa.select(*columns(mission, FailedRow, "robot_id", "map_name"), map_.c.robot_id, map_.c.name.label("map_name"))
+        .join(map_, map_.c.id == mission.c.map_id)
+        .where(mission.c.traceback.is_not(None))
+        .order_by(mission.c.id.desc())
+        .limit(limit)
+    )
+    if before is not None:
+        query = query.where(mission.c.id < before)
+    return [as_row(FailedRow, row) for row in tx.execute(query)]
+
+
+def queue_again(tx: Transaction, mission_id: int) -> None:
+    """As if it had just arrived; its lane must be locked."""
+    found = ("finished_at", "outcome", "succeeded_at", "base_version", "version", "algorithm", "result", "traceback")
+    ablation = (f"ablation_{row}" for row in ("transfer", "meta_occupancy", "meta_dividers"))
+    values = dict.fromkeys((*found, *ablation), sa.null()) | {"status": "queued", "attempts": 0}
+    tx.execute(sa.update(mission).where(mission.c.id == mission_id).values(**values))
+
+
 def finish(tx: Transaction, mission_id: int, found: Finding, now: datetime) -> None:
     transfer, meta_occupancy, meta_dividers = found.ablation or (None, None, None)
     tx.execute(
@@ -124,6 +161,7 @@ class Tally:
     by_outcome: Mapping[str, int]
     waiting: int
     oldest_waiting_since: datetime | None
+    unprocessed: int
 
 
 def tally(tx: Transaction) -> Tally:
@@ -132,4 +170,5 @@ def tally(tx: Transaction) -> Tally:
     )
     waiting = sa.select(sa.func.count(), sa.func.min(mission.c.received_at)).where(mission.c.status != "done")
     count, since = tx.execute(waiting).one()
-    return Tally({row[0]: row[1] for row in tx.execute(done)}, count, since)
+    failed = sa.select(sa.func.count()).where(mission.c.traceback.is_not(None))
+    return Tally({row[0]: row[1] for row in tx.execute(done)}, count, since, tx.execute(failed).scalar_one())

@@ -301,6 +301,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/fleet/robots/{robot}/maps/{map}/missions/{mission}/run": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Run Again
+         * @description Queues a mission again that could not be processed. Where newer missions were processed since, it is late.
+         */
+        post: operations["run_again_api_v1_fleet_robots__robot__maps__map__missions__mission__run_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/unprocessed": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Unprocessed
+         * @description Missions that could not be processed, with the error; the newest arrivals first.
+         */
+        get: operations["list_unprocessed_api_v1_fleet_unprocessed_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/grants": {
         parameters: {
             query?: never;
@@ -2777,6 +2817,13 @@ export interface components {
             /** Next */
             next: string | null;
         };
+        /** Page[UnprocessedMission] */
+        Page_UnprocessedMission_: {
+            /** Items */
+            items: components["schemas"]["UnprocessedMission"][];
+            /** Next */
+            next: string | null;
+        };
         /** Page[VersionListItem] */
         Page_VersionListItem_: {
             /** Items */
@@ -3491,6 +3538,33 @@ export interface components {
             day: string;
             /** Missions */
             missions: number;
+        };
+        /**
+         * UnprocessedMission
+         * @description Processing raised, or ended its worker again and again; the previous map was kept.
+         */
+        UnprocessedMission: {
+            /** Algorithm */
+            algorithm: string;
+            /** Attempts */
+            attempts: number;
+            /** Error */
+            error: string;
+            /** Finished At */
+            finished_at: string | null;
+            /** Map */
+            map: string;
+            /** Mission */
+            mission: string;
+            /**
+             * Received At
+             * Format: date-time
+             */
+            received_at: string;
+            /** Robot */
+            robot: string;
+            /** Url */
+            url: string;
         };
         /** VersionChange */
         VersionChange: {
@@ -4258,6 +4332,69 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["PlanFigure"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    run_again_api_v1_fleet_robots__robot__maps__map__missions__mission__run_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+                map: string;
+                mission: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_unprocessed_api_v1_fleet_unprocessed_get: {
+        parameters: {
+            query?: {
+                limit?: number;
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_UnprocessedMission_"];
                 };
             };
             /** @description Any error */
