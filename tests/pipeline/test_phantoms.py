@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import pytest
 import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from shapely import Polygon
 
 from stillroom.errors import InvalidEdit
@@ -38,11 +40,13 @@ MIRROR = draw(
 RIGHT = ((3.1, 0.1), (5.5, 0.1), (5.5, 1.9), (3.1, 1.9))
 
 
+FOUND = create_map(MIRROR.grid, "1", Ids())
+
+
 @pytest.fixture
 def mapped() -> SemanticMap:
-    created = create_map(MIRROR.grid, "1", Ids())
-    assert len(created.rooms) == 2
-    return created
+    assert len(FOUND.rooms) == 2
+    return FOUND
 
 
 def marked(mapped: SemanticMap) -> SemanticMap:
@@ -79,6 +83,20 @@ def test_what_a_phantom_leaves_of_a_room_goes_with_it_and_no_mission_looks_for_i
     assert violations(result.map, MIRROR.grid, PARAMS.wall_reach_m) == ()
     update = update_map(result.map, Mission("2", MIRROR.grid, Motion.rigid(Pose())))
     assert (update.outcome, [r.id for r in update.map.rooms]) == ("updated", [room.id]), update.reason
+
+
+place = st.tuples(st.floats(0.0, 6.0).map(lambda x: round(x, 2)), st.floats(0.0, 2.2).map(lambda y: round(y, 2)))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(place, min_size=3, max_size=6))
+def test_whatever_is_marked_the_map_stays_valid_or_the_edit_is_refused(ring: list[tuple[float, float]]) -> None:
+    try:
+        result = apply_edits(FOUND, [MarkPhantom(tuple(ring))])
+    except InvalidEdit:
+        return
+    assert violations(result.map, MIRROR.grid, PARAMS.wall_reach_m) == ()
+    assert all(room.polygon.area >= 0.25 for room in result.map.rooms)
 
 
 def test_a_phantom_stays_away_in_every_later_mission_and_moves_with_the_map(mapped: SemanticMap) -> None:

@@ -34,7 +34,7 @@ def cut_phantoms(draft: Draft, floor: MultiPolygon, params: Params) -> tuple[Dra
     if not phantoms:
         return draft, floor
     area = shapely.union_all([Polygon(phantom.shape) for phantom in phantoms])
-    area = shapely.union_all([area, *_scraps(draft.previous.rooms, area, params)])
+    area = MultiPolygon(polygons_in(shapely.union_all([area, *_scraps(draft.previous.rooms, area, params)])))
     parts = polygons_in(_without_slivers(shapely.difference(floor, area, grid_size=GRID_M), area))
     before = shapely.STRtree(polygons_in(floor))
     kept = [p for p in parts if p.area >= params.room_area_m2 or _is_whole(p, before)]
@@ -55,12 +55,12 @@ def cut_phantoms(draft: Draft, floor: MultiPolygon, params: Params) -> tuple[Dra
     return shortened, left
 
 
-def _scraps(rooms: Sequence[Room], area: shapely.Geometry, params: Params) -> list[shapely.Geometry]:
+def _scraps(rooms: Sequence[Room], area: shapely.Geometry, params: Params) -> list[Polygon]:
     """What is left of rooms of which most goes."""
     polygons = np.array([room.polygon for room in rooms], dtype=object)
     left = shapely.difference(polygons, area, grid_size=GRID_M)
     size, was = shapely.area(left), shapely.area(polygons)
-    return list(left[(size < was / 2) & (size < params.divided_room_m2)])
+    return polygons_in(left[(size < was / 2) & (size < params.divided_room_m2)])
 
 
 def _is_whole(part: Polygon, before: shapely.STRtree) -> bool:
