@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 if TYPE_CHECKING:  # a command that only prints must not wait for the pipeline's libraries
     from stillroom.pipeline.update import ResolverName
 
-_RESOLVERS: "Mapping[str, tuple[ResolverName, ...]]" = {
+RESOLVER_CHOICES: "Mapping[str, tuple[ResolverName, ...]]" = {
     "none": (),
     "meta_occupancy": ("meta_occupancy",),
     "meta_occupancy,meta_dividers": ("meta_occupancy", "meta_dividers"),
@@ -68,7 +68,7 @@ class Settings:
     """A folder or an object store's URL."""
     admin_token: str | None
     """Bearer token of an operator."""
-    resolvers: "tuple[ResolverName, ...]" = _RESOLVERS[_ALL_RESOLVERS]
+    resolvers: "tuple[ResolverName, ...]" = RESOLVER_CHOICES[_ALL_RESOLVERS]
     """How far missions are helped by the meta layer: all of it, or one of the paper's ablation rows."""
     messaging: Messaging = Messaging()
 
@@ -87,9 +87,9 @@ class Settings:
 
 
 def _resolvers(value: str) -> "tuple[ResolverName, ...]":
-    if value not in _RESOLVERS:
-        raise InvalidSetting(f"STILLROOM_RESOLVERS is {value!r}; it can be {', '.join(map(repr, _RESOLVERS))}.")
-    return _RESOLVERS[value]
+    if value not in RESOLVER_CHOICES:
+        raise InvalidSetting(f"STILLROOM_RESOLVERS is {value!r}; it can be {', '.join(map(repr, RESOLVER_CHOICES))}.")
+    return RESOLVER_CHOICES[value]
 
 
 def _messaging(environment: Mapping[str, str]) -> Messaging:

@@ -185,10 +185,10 @@ def test_the_first_mission_has_a_figure_without_a_previous_map(service: Service,
     assert len([f for f in figure["candidate"] if f["properties"]["semantic"] == "room"]) == 2
 
 
-def test_a_figure_shows_what_was_not_taken_from_the_version_that_was_in_force_then(
-    service: Service, mapped: RobotCaller
-) -> None:
-    outcome = mapped.upload("1", changed("open plan")).json()
+def test_a_figure_starts_from_the_version_that_was_in_force_then(service: Service, mapped: RobotCaller) -> None:
+    tracking = {"transform": [0.0, 0.0, 0.0]}
+    outcome = mapped.upload("1", changed("open plan"), base_version=1, tracking=tracking).json()
+    assert outcome["outcome"] == "resolved"
     mapped.upload("2", home(shift=(1, 0)))
     document = mapped.get(mapped.path()).json()
     merge = {"op": "merge_rooms", "ids": [room["id"] for room in features(document, "room")]}

@@ -21,7 +21,8 @@ from stillroom.api.context import (
 )
 from stillroom.documents import fleet
 from stillroom.documents.api import Page
-from stillroom.service.fleet import causes, rates, unprocessed
+from stillroom.documents.replays import Cell, Measure, ReplayDocument, ReplayedMission, ReplayResults
+from stillroom.service.fleet import causes, rates, replays, unprocessed
 from stillroom.service.fleet.selecting import Asked
 
 router = APIRouter(prefix="/api/v1/fleet", dependencies=[Depends(operator_only)])
@@ -162,3 +163,32 @@ def run_again(service: Service, robot: RobotId, map_name: MapName, key: AnyMissi
     unprocessed.run_again(service.database, robot, map_name, key)
     where = f"/api/v1/fleet/robots/{robot}/maps/{map_name}/missions/{key}"
     return Response(status_code=202, headers={"Location": where})
+
+
+ReplayName = Annotated[str, Path(alias="replay", pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+
+
+@router.get("/replays", response_model=Page[ReplayDocument])
+def list_replays(request: Request, service: Service, cursor: NumberCursor, limit: Limit = 100) -> Response:
+    """Stored missions run again by `stillroom replay`, the newest first."""
+    return page(request, replays.list_replays(service.database, cursor, limit))
+
+
+@router.get("/replays/{replay}", response_model=ReplayResults)
+def show_replay(service: Service, name: ReplayName) -> Response:
+    """Its paired tables, so far as it has been run."""
+    return document(replays.results(service.database, name))
+
+
+@router.get("/replays/{replay}/missions", response_model=Page[ReplayedMission])
+def list_replayed(
+    request: Request,
+    service: Service,
+    name: ReplayName,
+    cursor: NumberCursor,
+    measure: Annotated[Measure, Query()] = "taken",
+    cell: Annotated[Cell, Query()] = "only_old",
+    limit: Limit = 100,
+) -> Response:
+    """The missions of one cell of a table, the newest arrivals first."""
+    return page(request, replays.missions(service.database, name, measure, cell, cursor, limit))

@@ -152,3 +152,31 @@ test_robot = sa.Table(
     sa.Column("marked_by", sa.String(400), nullable=False),
     sa.Column("marked_at", UtcDateTime, nullable=False),
 )
+
+replay = sa.Table(
+    "replay",  # stored missions run again with other code or other parameters, without touching anybody's map
+    metadata,
+    sa.Column("id", BigId, primary_key=True),
+    sa.Column("name", sa.String(64), nullable=False, unique=True),
+    sa.Column("algorithm", sa.String(32), nullable=False),
+    sa.Column("resolvers", sa.JSON, nullable=False),
+    sa.Column("params", sa.JSON, nullable=False),  # those that differ
+    sa.Column("selection", sa.JSON, nullable=False),
+    sa.Column("missions", sa.Integer, nullable=False),  # to be run
+    sa.Column("created_at", UtcDateTime, nullable=False),
+    sa.Column("finished_at", UtcDateTime),
+)
+
+replayed = sa.Table(
+    "replayed",  # what a mission came to
+    metadata,
+    sa.Column("replay_id", sa.ForeignKey("replay.id"), primary_key=True, autoincrement=False),
+    sa.Column("mission_id", sa.ForeignKey("mission.id"), primary_key=True, autoincrement=False),
+    sa.Column("outcome", sa.String(16), nullable=False),
+    sa.Column("taken", sa.Boolean, nullable=False),
+    sa.Column("ablation_transfer", sa.Boolean, nullable=False),
+    sa.Column("ablation_meta_occupancy", sa.Boolean, nullable=False),
+    sa.Column("ablation_meta_dividers", sa.Boolean, nullable=False),
+    sa.Column("ms", sa.Double, nullable=False),
+    sa.Column("error", sa.Text),
+)

@@ -201,6 +201,66 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/fleet/replays": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Replays
+         * @description Stored missions run again by `stillroom replay`, the newest first.
+         */
+        get: operations["list_replays_api_v1_fleet_replays_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/replays/{replay}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Show Replay
+         * @description Its paired tables, so far as it has been run.
+         */
+        get: operations["show_replay_api_v1_fleet_replays__replay__get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/fleet/replays/{replay}/missions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Replayed
+         * @description The missions of one cell of a table, the newest arrivals first.
+         */
+        get: operations["list_replayed_api_v1_fleet_replays__replay__missions_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/fleet/robots": {
         parameters: {
             query?: never;
@@ -2803,6 +2863,20 @@ export interface components {
             /** Next */
             next: string | null;
         };
+        /** Page[ReplayDocument] */
+        Page_ReplayDocument_: {
+            /** Items */
+            items: components["schemas"]["ReplayDocument"][];
+            /** Next */
+            next: string | null;
+        };
+        /** Page[ReplayedMission] */
+        Page_ReplayedMission_: {
+            /** Items */
+            items: components["schemas"]["ReplayedMission"][];
+            /** Next */
+            next: string | null;
+        };
         /** Page[RobotRow] */
         Page_RobotRow_: {
             /** Items */
@@ -2844,6 +2918,27 @@ export interface components {
             items: components["schemas"]["WebhookDocument"][];
             /** Next */
             next: string | null;
+        };
+        /**
+         * PairedTable
+         * @description How many missions succeeded then, now, both times or never.
+         */
+        PairedTable: {
+            /** Both */
+            both: number;
+            /**
+             * Measure
+             * @enum {string}
+             */
+            measure: "transfer" | "meta_occupancy" | "meta_dividers" | "taken";
+            /** Neither */
+            neither: number;
+            /** Only New */
+            only_new: number;
+            /** Only Old */
+            only_old: number;
+            /** P */
+            p: number;
         };
         /**
          * PhantomFeature
@@ -3207,6 +3302,81 @@ export interface components {
              * @enum {string}
              */
             op: "rename_room";
+        };
+        /** ReplayDocument */
+        ReplayDocument: {
+            /** Algorithm */
+            algorithm: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Done */
+            done: number;
+            /** Finished At */
+            finished_at: string | null;
+            /** Missions */
+            missions: number;
+            /** Name */
+            name: string;
+            /** Params */
+            params: {
+                [key: string]: unknown;
+            };
+            /** Resolvers */
+            resolvers: string[];
+            /** Selection */
+            selection: {
+                [key: string]: unknown;
+            };
+        };
+        /** ReplayResults */
+        ReplayResults: {
+            /** Algorithm */
+            algorithm: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Done */
+            done: number;
+            /** Finished At */
+            finished_at: string | null;
+            /** Missions */
+            missions: number;
+            /** Name */
+            name: string;
+            /** Params */
+            params: {
+                [key: string]: unknown;
+            };
+            /** Resolvers */
+            resolvers: string[];
+            /** Selection */
+            selection: {
+                [key: string]: unknown;
+            };
+            /** Tables */
+            tables: components["schemas"]["PairedTable"][];
+        };
+        /** ReplayedMission */
+        ReplayedMission: {
+            /** Error */
+            error: string | null;
+            /** Map */
+            map: string;
+            /** Mission */
+            mission: string;
+            /** Outcome Now */
+            outcome_now: string;
+            /** Outcome Then */
+            outcome_then: string;
+            /** Robot */
+            robot: string;
+            /** Url */
+            url: string;
         };
         /** RestrictionFeature */
         RestrictionFeature: {
@@ -4157,6 +4327,105 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Page_FleetMissionItem_"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_replays_api_v1_fleet_replays_get: {
+        parameters: {
+            query?: {
+                limit?: number;
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_ReplayDocument_"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    show_replay_api_v1_fleet_replays__replay__get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                replay: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ReplayResults"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_replayed_api_v1_fleet_replays__replay__missions_get: {
+        parameters: {
+            query?: {
+                measure?: "transfer" | "meta_occupancy" | "meta_dividers" | "taken";
+                cell?: "both" | "only_old" | "only_new" | "neither";
+                limit?: number;
+                cursor?: string | null;
+            };
+            header?: never;
+            path: {
+                replay: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_ReplayedMission_"];
                 };
             };
             /** @description Any error */

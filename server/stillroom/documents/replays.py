@@ -1,0 +1,49 @@
+"""Replays: what stored missions come to with other code or other parameters."""
+
+from datetime import datetime
+from typing import Any, Literal
+
+from stillroom.documents.geojson import Document
+
+Measure = Literal["transfer", "meta_occupancy", "meta_dividers", "taken"]
+Cell = Literal["both", "only_old", "only_new", "neither"]
+
+
+class PairedTable(Document):
+    """How many missions succeeded then, now, both times or never."""
+
+    measure: Measure
+    """A row of the results table, or whether the map was taken (of maps that need nobody to agree)."""
+    both: int
+    only_old: int
+    only_new: int
+    neither: int
+    p: float
+    """McNemar's exact test, two-sided. Missions of one robot are taken as independent ones here."""
+
+
+class ReplayDocument(Document):
+    name: str
+    algorithm: str
+    resolvers: list[str]
+    params: dict[str, Any]
+    """Those that differ."""
+    selection: dict[str, Any]
+    created_at: datetime
+    finished_at: datetime | None
+    missions: int
+    done: int
+
+
+class ReplayResults(ReplayDocument):
+    tables: list[PairedTable]
+
+
+class ReplayedMission(Document):
+    robot: str
+    map: str
+    mission: str
+    outcome_then: str
+    outcome_now: str
+    error: str | None
+    url: str
