@@ -1,7 +1,7 @@
 import { Link } from "wouter";
 import { Moment } from "../Moment";
 import classes from "./Fleet.module.css";
-import { percent, whole } from "./figures";
+import { percent } from "./figures";
 import { causePath } from "./paths";
 import type { Cause, CauseState } from "./queries";
 import { Sparkline } from "./Sparkline";
@@ -41,9 +41,12 @@ export function CauseList({ causes, days, search }: Props) {
             </p>
           </div>
           <div className={classes.causeShare}>
-            <meter min={0} max={1} value={one.share} aria-label={texts.share(whole(Math.round(one.share * 100)))} />
+            <span className={classes.track} aria-hidden="true">
+              <span className={classes.bar} style={{ width: `${100 * one.share}%` }} />
+            </span>
             <p>
-              <strong>{percent(one.share)}</strong> · {fleetTexts.n(one.missions)} · {fleetTexts.robots(one.robots)}
+              <strong>{texts.share(percent(one.share))}</strong> · {fleetTexts.n(one.missions)} ·{" "}
+              {fleetTexts.robots(one.robots)}
             </p>
           </div>
           <Sparkline trend={one.trend} days={days} />

@@ -5,6 +5,7 @@ import { Loading, Nothing, Notice } from "../pages/states";
 import { CausePage } from "./CausePage";
 import { CausesPage } from "./CausesPage";
 import classes from "./Fleet.module.css";
+import { InspectorPage } from "./InspectorPage";
 import { OverviewPage } from "./OverviewPage";
 import { CAUSES_PATH, OVERVIEW_PATH, withSearch } from "./paths";
 import { fleetTexts } from "./texts";
@@ -42,6 +43,9 @@ export default function FleetPages() {
           <CausesPage />
         </Route>
         <Route path={`${CAUSES_PATH}/:id`}>{({ id }) => <CausePage key={id} id={id} />}</Route>
+        <Route path={`${OVERVIEW_PATH}/robots/:robot/maps/:map/missions/:mission`}>
+          {({ robot, map, mission }) => <InspectorPage robot={robot} map={map} mission={mission} />}
+        </Route>
         <Route>
           <Nothing />
         </Route>

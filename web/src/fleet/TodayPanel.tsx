@@ -44,7 +44,7 @@ export function TodayPanel({ filters }: { readonly filters: Filters }) {
   );
 }
 
-const SIGNS = { higher: "▲", lower: "▼", same: "＝" } as const;
+const SIGNS = { higher: "▲", lower: "▼", same: "=" } as const;
 
 interface LineProps {
   readonly name: string;

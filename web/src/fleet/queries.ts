@@ -12,6 +12,8 @@ export type Measure = keyof Schemas["Measures"];
 export type Cause = Schemas["CauseRow"];
 export type CauseState = Cause["state"];
 export type Mission = Schemas["FleetMissionItem"];
+export type Inspected = Schemas["InspectedMission"];
+export type Figure = Schemas["PlanFigure"];
 export type WorstRobot = Schemas["RobotRow"];
 export type GroupBy = Exclude<Schemas["RatesDocument"]["group_by"], null>;
 
@@ -80,6 +82,43 @@ export const failuresQuery = (filters: Filters, cause: string | null) =>
     },
     getNextPageParam: ({ next }) => next,
   });
+
+const STEPS = 1000;
+
+/** The history of a map: its latest missions, the oldest of them first. */
+export const stepsQuery = (robot: string, map: string) =>
+  queryOptions({
+    queryKey: [...FLEET, "steps", robot, map],
+    ...SOON_STALE,
+    queryFn: async ({ signal }) => {
+      const params = { path: { robot, map }, query: { limit: STEPS } };
+      const { items } = await answered(api.GET("/api/v1/fleet/robots/{robot}/maps/{map}/missions", { params, signal }));
+      return items.toReversed();
+    },
+  });
+
+export const inspectedQuery = (robot: string, map: string, mission: string) =>
+  queryOptions({
+    queryKey: [...FLEET, "inspected", robot, map, mission],
+    staleTime: 10_000,
+    refetchOnWindowFocus: true,
+    placeholderData: keepPreviousData,
+    queryFn: ({ signal }) =>
+      answered(
+        api.GET("/api/v1/fleet/robots/{robot}/maps/{map}/missions/{mission}", {
+          params: { path: { robot, map, mission } },
+          signal,
+        }),
+      ),
+  });
+
+/** Each call is written down for the owner to read: to be made when somebody wants to look, once. */
+export async function lookAt(robot: string, map: string, mission: string): Promise<Figure> {
+  const params = { path: { robot, map, mission } };
+  return (await answered(
+    api.GET("/api/v1/fleet/robots/{robot}/maps/{map}/missions/{mission}/figure", { params }),
+  )) as Figure;
+}
 
 const LATEST = 8;
 const LOOK_AGAIN_MS = 10_000;
