@@ -19,7 +19,7 @@ export function Header({ live }: { readonly live: boolean }) {
     <header className={classes.header}>
       <Link href="/" className={classes.brand}>
         <img src="/icon.svg" alt="" width={28} height={28} />
-        {texts.product}
+        <span className={classes.name}>{texts.product}</span>
       </Link>
       <div className={classes.tools}>
         {live && <ConnectionState />}

@@ -1,5 +1,5 @@
 import { useQueries } from "@tanstack/react-query";
-import { useMemo, useState } from "react";
+import { useEffect, useMemo, useState } from "react";
 import { proposalQuery } from "../api/queries";
 import type { MapDocument } from "../map/document";
 import { type Conflict, isDiscovery, isDoor } from "../map/questions";
@@ -43,6 +43,10 @@ export function Stage({ title, conflict, sensed, here, result, shown, onShow, se
     queries: proposals.map(({ id }) => proposalQuery(conflict.robot, conflict.map, conflict.id, id)),
   });
   const [share, setShare] = useState(0);
+  const isOver = result !== null;
+  useEffect(() => {
+    if (isOver) setShare(0);
+  }, [isOver]);
   const known = [
     ...(result ? [{ id: RESULT, proposal: undefined, document: result }] : []),
     ...proposals.flatMap((proposal, k) => {
@@ -67,7 +71,9 @@ export function Stage({ title, conflict, sensed, here, result, shown, onShow, se
   const isPending = asked.some((one) => one.isPending);
   const options = [
     ...(result ? [{ id: RESULT, label: reviewTexts.view.now }] : []),
-    ...proposals.map((proposal) => ({ id: proposal.id, label: nameOf(proposal.action, conflict, sensed) })),
+    ...proposals
+      .map((proposal) => ({ id: proposal.id, label: nameOf(proposal.action, conflict, sensed) }))
+      .filter(({ label }) => !result || label !== reviewTexts.view.now),
     { id: SEEN, label: reviewTexts.view.seen },
   ];
   const showing = chosen?.id ?? SEEN;
