@@ -1,9 +1,12 @@
 """What those who run the service look at."""
 
+import json
+import re
 import shutil
 from pathlib import Path
 
 import pytest
+import yaml
 from prometheus_client.parser import text_string_to_metric_families
 from starlette.testclient import TestClient
 
@@ -71,6 +74,27 @@ def test_the_metrics_hold_what_failure_rates_are_made_of(service: Service, mappe
     assert found["stillroom_missions_escaped_total", None] == found["stillroom_missions_unprocessed", None] == 0
     text = service.stranger.get("/metrics").text
     assert 'stillroom_missions_failed_total{row="transfer"} 0.0' in text
+
+
+def test_dashboard_and_alerts_ask_for_metrics_that_there_are(service: Service, mapped: RobotCaller) -> None:
+    add_webhook(service.operator, "https://hooks.example.org/")
+    with delivering(service, Messaging("https://maps.example.org"), Names({"hooks.example.org": [["10.0.0.1"]]})) as m:
+        m.settle()
+    there = {
+        sample.name
+        for family in text_string_to_metric_families(service.stranger.get("/metrics").text)
+        for sample in family.samples
+    }
+    folder = Path(__file__).parents[2] / "deploy" / "grafana"
+    dashboard = json.loads((folder / "stillroom.json").read_text())
+    shown = [target["expr"] for panel in dashboard["panels"] for target in panel["targets"]]
+    rules = [rule for group in yaml.safe_load((folder / "alerts.yml").read_text())["groups"] for rule in group["rules"]]
+    asked = {
+        name for expr in [*shown, *(rule["expr"] for rule in rules)] for name in re.findall(r"stillroom_\w+", expr)
+    }
+    assert len(shown) >= 7
+    assert asked <= there
+    assert all(rule["for"] and rule["keep_firing_for"] for rule in rules)  # each fires late and ends late
 
 
 @pytest.mark.parametrize("path", ["/", "/robots/RB-1/maps/ground", "/healthz", "/api/v1/nothing", "/openapi.json"])

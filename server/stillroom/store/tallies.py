@@ -18,8 +18,10 @@ def encode(numbers: Iterable[int]) -> str:
 
 
 def decode(tally: str) -> Robots:
-    digits = np.frombuffer(tally.encode("ascii"), np.uint8).reshape(-1, WIDTH).astype(np.int64) - _FIRST
-    return ((digits[:, 0] * 64 + digits[:, 1]) * 64 + digits[:, 2]) * 64 + digits[:, 3]
+    # all four digits of a number at once: a dashboard decodes a million of them for one answer
+    digits = np.frombuffer(tally.encode("ascii"), ">u4").astype(np.uint32) - np.uint32(_FIRST * 0x01010101)
+    high = (digits >> 6 & 0xFC0000) | (digits >> 4 & 0x3F000)
+    return (high | (digits >> 2 & 0xFC0) | (digits & 0x3F)).astype(np.int64)
 
 
 def without(tally: str, number: int) -> str:

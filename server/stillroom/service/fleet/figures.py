@@ -47,13 +47,17 @@ class _Decoded:
 
 
 def figures(groups: Sequence[Group], whole: Group, same_missions: bool = False) -> tuple[list[Figures], Figures]:
-    """Those of each group, and those of the whole selection.
+    """Those of each group, and those of the whole selection, which the groups share out among themselves.
 
     `same_missions`: each group is of all missions; what differs is how they failed.
     """
-    every = {name: _decoded([whole], name) for name in ("missions", *MEASURES)}
-    decoded = {name: _decoded(groups, name) for name in MEASURES}
-    decoded["missions"] = every["missions"] if same_missions else _decoded(groups, "missions")
+    names = ("missions", *MEASURES)
+    decoded = {name: _decoded(groups, name) for name in names}
+    if same_missions:
+        every = {name: _decoded([whole], name) for name in names}
+        decoded["missions"] = every["missions"]
+    else:
+        every = {name: _Decoded(of.robots, np.zeros_like(of.groups)) for name, of in decoded.items()}
     robots = 1 + max((int(of.robots.max()) for of in every.values() if len(of.robots)), default=0)
     total = _sums(every, 1, robots, False)
     found = _figures(groups, _sums(decoded, len(groups), robots, same_missions), total) if groups else []
