@@ -6,7 +6,14 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
+from stillroom.service.messages.sending import notification
+from stillroom.service.messages.topics import topics
+from stillroom.service.messages.words import ENGLISH, GERMAN
+from stillroom.store import receivers
 from stillroom.store.fleet_tables import plan_grant
+from stillroom.store.receivers import NewReceiver
+from stillroom.store.rows import DeliveryRow, as_row, columns
+from stillroom.store.tables import delivery
 from tests.api.test_access import signed_in
 from tests.conflicts import Core, rejected
 from tests.conftest import Caller, RobotCaller, Service, features
@@ -196,3 +203,23 @@ def test_a_figure_starts_from_the_version_that_was_in_force_then(service: Servic
     figure = service.operator.get(mission(mapped, "1", "/figure")).json()
     assert figure["ablation"] == outcome["ablation"]
     assert [room["id"] for room in figure["rooms"]] == [room["id"] for room in outcome["rooms"]]
+
+
+def test_the_owner_is_told_of_the_question_until_it_is_answered(service: Service, anns: RobotCaller) -> None:
+    now = datetime.now(UTC)
+    with service.database.write() as tx:
+        receivers.add(tx, NewReceiver("email", f"user:{ANN}", ANN, now), now)
+        receivers.add(tx, NewReceiver("email", f"user:{BOB}", BOB, now), now)
+    grant = ask(service, anns, hours=5).json()["id"]
+    with service.database.read() as tx:
+        query = sa.select(*columns(delivery, DeliveryRow)).where(delivery.c.kind == "grant")
+        waiting = [as_row(DeliveryRow, row) for row in tx.execute(query)]
+    assert len(waiting) == 1
+    for words, said in ((ENGLISH, "for 5 hours"), (GERMAN, "für 5 Stunden")):
+        (topic,) = topics(service.database, waiting, "https://maps.example.org", words)
+        assert topic.url == f"https://maps.example.org/access/{grant}"
+        assert said in topic.text
+        assert REASON in topic.text
+        assert notification([topic], words)["url"] == f"/access/{grant}"
+    answer(signed_in(service, ANN), grant, "refuse")
+    assert topics(service.database, waiting, "https://maps.example.org", ENGLISH) == []

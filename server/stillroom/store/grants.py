@@ -82,6 +82,11 @@ def add(tx: Transaction, new: NewGrant) -> None:
 
 
 def by_key(tx: Transaction, key: str) -> GrantRow | None:
+    return as_row_or_none(GrantRow, tx.execute(_GRANT.where(plan_grant.c.key == key)).first())
+
+
+def lock(tx: Transaction, key: str) -> GrantRow | None:
+    """Until the end of the transaction nobody else answers it."""
     return as_row_or_none(GrantRow, tx.execute(_GRANT.where(plan_grant.c.key == key).with_for_update()).first())
 
 

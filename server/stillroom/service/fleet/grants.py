@@ -14,10 +14,11 @@ from stillroom.documents.inspection import (
     ViewDocument,
 )
 from stillroom.errors import AlreadyDecided, AlreadyExists, Forbidden, GrantRequired, NotFound
-from stillroom.service.accounts import Operator, Owner, Principal, Robot, signature, visible_to
+from stillroom.service.accounts import Operator, Owner, Principal, Robot, looking_after, signature, visible_to
 from stillroom.service.paging import page_of
-from stillroom.store import clock, grants, robots
+from stillroom.store import clock, deliveries, grants, receivers, robots
 from stillroom.store.database import Database, Transaction
+from stillroom.store.deliveries import NewDelivery
 from stillroom.store.grants import GrantRow, NewGrant, NewView
 from stillroom.store.robots import everything
 from stillroom.store.rows import RobotRow
@@ -57,7 +58,7 @@ def look(database: Database, caller: Principal, robot_id: str, map_name: str, mi
 
 
 def ask(database: Database, caller: Principal, request: GrantRequest) -> GrantDocument:
-    """Asks the owner. Raises NotFound, and AlreadyExists where there is nothing to ask."""
+    """Asks the owner, who is told. Raises NotFound, and AlreadyExists where there is nothing to ask."""
     viewer = signature(caller)
     with database.write() as tx:
         robot, now = _robot(tx, request.robot), clock.now(tx)
@@ -66,6 +67,7 @@ def ask(database: Database, caller: Principal, request: GrantRequest) -> GrantDo
             raise AlreadyExists(_NOTHING_TO_ASK[why], plan=why)
         key = f"grant_{secrets.token_urlsafe(16)}"
         grants.add(tx, NewGrant(key, robot.id, viewer, request.reason.strip(), request.hours, now, now + ANSWER_WITHIN))
+        _tell(tx, robot, key, now)
         return _document(_find(tx, key), now)
 
 
@@ -143,6 +145,13 @@ def is_test(database: Database, robot_id: str) -> TestRobot:
         return TestRobot(robot=robot_id, test=grants.is_test(tx, robot_id))
 
 
+def _tell(tx: Transaction, robot: RobotRow, key: str, now: datetime) -> None:
+    """By e-mail and in browsers, whatever else the owner wants to be told: it is about the owner's privacy."""
+    person = looking_after(robot.owner)
+    own = [row for row in receivers.listening(tx, person) if row.person == person and row.channel != "webhook"]
+    deliveries.add(tx, [NewDelivery(row.id, "grant", {"grant": key, "robot": robot.id}, now) for row in own], now)
+
+
 def _robot(tx: Transaction, robot_id: str) -> RobotRow:
     row = robots.get(tx, robot_id)
     if row is None:
@@ -151,7 +160,7 @@ def _robot(tx: Transaction, robot_id: str) -> RobotRow:
 
 
 def _find(tx: Transaction, key: str) -> GrantRow:
-    row = grants.by_key(tx, key)
+    row = grants.lock(tx, key)
     if row is None:
         raise NotFound(f"There is no grant {key}.")
     return row

@@ -7,7 +7,7 @@ from urllib.parse import urlencode
 from stillroom.service.messages.answers import answers
 from stillroom.service.messages.links import page_url
 from stillroom.service.messages.words import Words, concerned
-from stillroom.store import conflicts, missions
+from stillroom.store import clock, conflicts, grants, missions
 from stillroom.store.database import Database
 from stillroom.store.rows import ConflictRow, DeliveryRow
 
@@ -30,8 +30,13 @@ def topics(database: Database, deliveries: Sequence[DeliveryRow], public_url: st
     """What there still is to tell, in order; each once."""
     found: dict[object, Topic] = {}
     for delivery in deliveries:
-        is_test = delivery.kind == "test"
-        topic = _test(delivery, public_url, words) if is_test else _topic(database, delivery, public_url, words)
+        match delivery.kind:
+            case "test":
+                topic: Topic | None = _test(delivery, public_url, words)
+            case "grant":
+                topic = _grant(database, delivery, public_url, words)
+            case _:
+                topic = _topic(database, delivery, public_url, words)
         if topic is not None:
             found.setdefault(topic.url, topic)
     return list(found.values())
@@ -39,6 +44,17 @@ def topics(database: Database, deliveries: Sequence[DeliveryRow], public_url: st
 
 def _test(delivery: DeliveryRow, public_url: str, words: Words) -> Topic:
     return Topic(delivery, *words.test, public_url, None)
+
+
+def _grant(database: Database, delivery: DeliveryRow, public_url: str, words: Words) -> Topic | None:
+    """Somebody asks to look at floor plans; None where that was answered meanwhile."""
+    with database.read() as tx:
+        row = grants.by_key(tx, delivery.content["grant"])
+        if row is None or not row.is_open(clock.now(tx)):
+            return None
+    title, text = words.grant
+    said = text.format(robot=row.robot_id, hours=row.hours, reason=row.reason, when=words.day(row.expires_at))
+    return Topic(delivery, title, said, f"{public_url}/access/{row.key}", None)
 
 
 def _topic(database: Database, delivery: DeliveryRow, public_url: str, words: Words) -> Topic | None:

@@ -37,6 +37,8 @@ class Words:
     look: str
     look_first: str
     test: tuple[str, str]
+    grant: tuple[str, str]
+    """Somebody asks to look at floor plans."""
     deadline: str
     which_floor: str
     new_room: tuple[str, str]
@@ -128,6 +130,11 @@ ENGLISH = Words(
     look="Look and answer",
     look_first="Look at it first",
     test=("This is a test", "Messages about your maps reach you here."),
+    grant=(
+        "May somebody look at your floor plan?",
+        ("Those who run the service ask to look at the floor plans of {robot} for {hours} hours. They say: {reason} "
+        "Without your leave they see numbers alone, and each look is listed for you. The question ends on {when}."),
+    ),
     deadline="If nobody answers by {when}, the map stays as it was.",
     which_floor="which floor is this?",
     new_room=("a new room", "a new room, {rooms}"),
@@ -173,6 +180,11 @@ GERMAN = Words(
     look="Ansehen und antworten",
     look_first="Erst ansehen",
     test=("Das ist ein Versuch", "Nachrichten über Ihre Karten erreichen Sie hier."),
+    grant=(
+        "Darf jemand Ihren Grundriss ansehen?",
+        ("Wer den Dienst betreibt, möchte für {hours} Stunden die Grundrisse von {robot} ansehen. Begründung: {reason} "
+        "Ohne Ihre Erlaubnis sind nur Zahlen zu sehen, und jeder Blick wird für Sie aufgeführt. Die Frage endet am {when}."),
+    ),
     deadline="Antwortet bis {when} niemand, bleibt die Karte, wie sie war.",
     which_floor="Welches Stockwerk ist das?",
     new_room=("ein neuer Raum", "ein neuer Raum, {rooms}"),
