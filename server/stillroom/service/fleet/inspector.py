@@ -108,10 +108,11 @@ def figure(means: Means, caller: Principal, robot_id: str, map_name: str, key: s
     grants.look(means.database, caller, robot_id, map_name, key, "figure")
     if row.status != "done":
         raise NotFound(f"Mission {key} has not been processed yet.")
+    pixels = _pixels(means, row)
     gathered, timings = gather_as_then(means.database, row.id), Timings()
     with timings("total"):
         update, _ = carry_over(gathered, gathered.previous, means.grids, timings, means.resolvers)
-    grid = read_grid(means.grids.get(row.grid), gathered.meta.reading())
+    grid = read_grid(pixels, gathered.meta.reading())
     tracked = _tracked(gathered, update, grid)
     moved = None
     if gathered.current is not None and update.motion is not None:
@@ -149,7 +150,17 @@ def cells(means: Means, caller: Principal, robot_id: str, map_name: str, key: st
     with means.database.read() as tx:
         _, row = find_mission(tx, robot_id, map_name, key)
     grants.look(means.database, caller, robot_id, map_name, key, "cells")
-    return cells_as_png(means.grids.get(row.grid), stored_meta(row.meta).reading())
+    return cells_as_png(_pixels(means, row), stored_meta(row.meta).reading())
+
+
+def _pixels(means: Means, row: MissionRow) -> bytes:
+    """What the robot sent. Missions that were made up have none. Raises NotFound."""
+    try:
+        if row.grid:
+            return means.grids.get(row.grid)
+    except FileNotFoundError:
+        pass
+    raise NotFound(f"There is no grid of mission {row.key} any more.")
 
 
 def _tracked(gathered: Gathered, update: MapUpdate, grid: OccupancyGrid) -> SemanticMap | None:

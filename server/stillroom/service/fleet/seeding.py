@@ -128,7 +128,11 @@ def _day(
                 "map_id": robots.maps[robot],
                 "key": str(first + i),
                 "sequence": first + i,
-                "meta": {"firmware": FIRMWARE[firmware[i]], "model": MODELS[robots.models[robot]]},
+                "meta": {
+                    "sequence": first + i,
+                    "firmware": FIRMWARE[firmware[i]],
+                    "model": MODELS[robots.models[robot]],
+                },
                 "received_at": midnight + timedelta(seconds=int(at[i])),
                 "finished_at": midnight + timedelta(seconds=int(at[i])),
                 "outcome": outcomes[i],
