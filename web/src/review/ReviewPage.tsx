@@ -70,7 +70,8 @@ export interface ReviewProps {
 
 function Review(props: ReviewProps & { readonly floors: readonly Schemas["MapSummary"][] }) {
   const { conflict, head, title } = props;
-  const situation = useMemo(() => situationOf(conflict, head, props.sensed), [conflict, head, props.sensed]);
+  const asked = useAsked(conflict, head);
+  const situation = useMemo(() => situationOf(conflict, asked, props.sensed), [conflict, asked, props.sensed]);
   const [refused, setRefused] = useState(false);
   const onRefused = () => setRefused(true);
   const isOver = conflict.decided_by !== null;
@@ -99,6 +100,14 @@ function Review(props: ReviewProps & { readonly floors: readonly Schemas["MapSum
       )}
     </>
   );
+}
+
+/** The map that the question was about when it was answered: an answer may end what it speaks of. */
+function useAsked({ robot, map, version }: Conflict, head: MapDocument): MapDocument {
+  const made = useQuery({ ...versionQuery(robot, map, version ?? 0), enabled: version !== null });
+  const parent = made.data?.cause === "decision" ? made.data.parent : null;
+  const asked = useQuery({ ...versionQuery(robot, map, parent ?? 0), enabled: parent !== null });
+  return asked.data ?? head;
 }
 
 /** A mission that is not of this floor, or of none that is known: it is answered by saying which. */
