@@ -31,7 +31,17 @@ function said(sentence: (...blanks: unknown[]) => string): string {
 }
 
 /** The same word in both languages. */
-const ALIKE = new Set(["stillroom", "Live", "Name", "Version 2", "Escape", "Garage", "Version X", "English", "Deutsch"]);
+const ALIKE = new Set([
+  "stillroom",
+  "Live",
+  "Name",
+  "Version 2",
+  "Escape",
+  "Garage",
+  "Version X",
+  "English",
+  "Deutsch",
+]);
 
 describe.each([
   ["pages", en, de],
