@@ -84,7 +84,7 @@ def upgrade() -> None:
         postgresql_where=failed,
     )
     escaped = sa.text("escaped_at IS NOT NULL")
-    op.create_index("ix_counted_escaped", "counted", ["day"], sqlite_where=escaped, postgresql_where=escaped)
+    op.create_index("ix_counted_escaped", "counted", ["mission_id"], sqlite_where=escaped, postgresql_where=escaped)
     op.create_table(
         "fleet_day",
         sa.Column("day", sa.Date(), nullable=False),

@@ -75,7 +75,7 @@ sa.Index(
     postgresql_where=_failed,
 )
 _escaped = counted.c.escaped_at.is_not(None)
-sa.Index("ix_counted_escaped", counted.c.day, sqlite_where=_escaped, postgresql_where=_escaped)
+sa.Index("ix_counted_escaped", counted.c.mission_id, sqlite_where=_escaped, postgresql_where=_escaped)
 
 
 def _tally(name: str) -> sa.Column[str]:
