@@ -95,7 +95,7 @@ def test_in_german_every_question_has_words_of_its_own() -> None:
         (row("room_lost", resolved=True, Bad=0.0, Flur=0.9), "Trotz einer Änderung wie zuvor gehalten: Bad und Flur."),
         (row("connectivity", "door_closed", Bad=1.0, Flur=1.0), "Der Weg zwischen Bad und Flur war zu"),
         (row("connectivity", "new_passage", resolved=True, Bad=1.0), "Ein neuer Raum wurde gefunden: Bad."),
-        (row("drift", "drift", Bad=0.8), "Bad ist gegen die anderen Räume verrutscht."),
+        (row("drift", "drift", Bad=0.8), "Bad ist gegen die anderen Räume verrutscht: 20 % der Fläche"),
     ],
 )
 def test_in_german_numbers_and_rooms_are_told(asked: ConflictRow, said: str) -> None:

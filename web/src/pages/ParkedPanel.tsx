@@ -79,7 +79,9 @@ export function ParkedQuestion({ mission, floors, others, titled, onPlaced }: Qu
         {titled && <img src={mission.grid} alt={texts.parked.picture(mission.id)} />}
         <div>
           <p>{texts.parked.lead(mission.id)}</p>
-          <p className={classes.reason}>{mission.reason}</p>
+          <p className={classes.reason} lang="en">
+            {mission.reason}
+          </p>
         </div>
       </div>
       {likely && (

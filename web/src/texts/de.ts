@@ -264,7 +264,8 @@ export const conflictDe: ConflictTexts = {
     rooms
       ? `${rooms} hat eine andere Form.`
       : "Die Räume wurden wiedergefunden, aber die neue Karte ist in sich nicht stimmig. Die vorige blieb.",
-  drift: (rooms) => `${rooms} ist gegen die anderen Räume verrutscht.`,
+  drift: (rooms, percent) =>
+    `${rooms} ist gegen die anderen Räume verrutscht: ${percent} % der Fläche liegen jetzt anderswo.`,
   restriction_unplaced: () => "Eine Zone fand auf der neuen Karte keinen Platz. Bitte zeichnen Sie sie neu.",
 };
 

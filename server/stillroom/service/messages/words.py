@@ -221,7 +221,7 @@ GERMAN = Words(
             "Die Räume wurden wiedergefunden, aber die neue Karte ist in sich nicht stimmig. Die vorige blieb."
         ),
         "shape": "{rooms} hat eine andere Form.",
-        "drift": "{rooms} ist gegen die anderen Räume verrutscht.",
+        "drift": "{rooms} ist gegen die anderen Räume verrutscht: {percent} % der Fläche liegen jetzt anderswo.",
         "wrong_map": "Eine Fahrt sucht ihr Stockwerk.",
         "restriction_unplaced": "Eine Zone fand auf der neuen Karte keinen Platz. Bitte zeichnen Sie sie neu.",
     },
