@@ -99,15 +99,13 @@ function options(
       y: false,
       points: { show: false },
       drag: { x: true, y: false, setScale: false },
-      bind: {
-        click: (chart) => () => {
-          const at = chart.cursor.idx;
-          if (typeof at === "number") handlers.current.onPick(at);
-          return null;
-        },
-      },
     },
     hooks: {
+      init: [
+        // uPlot keeps clicks that end a drag to itself.
+        ({ over, posToIdx }) =>
+          over.addEventListener("click", ({ offsetX }) => handlers.current.onPick(posToIdx(offsetX))),
+      ],
       setCursor: [(chart) => handlers.current.onPoint(chart.cursor.idx ?? null)],
       setSelect: [
         (chart) => {
