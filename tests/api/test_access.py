@@ -135,7 +135,7 @@ def test_the_table_above_names_every_route_that_is_not_public(service: Service) 
     for path in whose:  # whose they are, is in their own tests; here: nobody without a credential, and no robot
         for method in spec[path]:
             there = path.format(webhook="webhook_1", delivery=1, subscription="push_1", cause="0" * 16,
-                robot="RB-1", map="ground", mission="0", grant="grant_1")  # fmt: skip
+                robot="RB-1", map="ground", mission="0", grant="grant_1", replay="again")  # fmt: skip
             assert refused(service.stranger, method.upper(), there) == 401, path
 
 

@@ -76,8 +76,9 @@ def test_the_metrics_hold_what_failure_rates_are_made_of(service: Service, mappe
     assert 'stillroom_missions_failed_total{row="transfer"} 0.0' in text
 
 
-def test_dashboard_and_alerts_ask_for_metrics_that_there_are(service: Service) -> None:
+def test_dashboard_and_alerts_ask_for_metrics_that_there_are(service: Service, mapped: RobotCaller) -> None:
     add_webhook(service.operator, "https://hooks.example.org/")
+    mapped.upload("5", home(shift=(1, 0)))
     with delivering(service, Messaging("https://maps.example.org"), Names({"hooks.example.org": [["10.0.0.1"]]})) as m:
         m.settle()
     there = {
