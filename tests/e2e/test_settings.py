@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable
+from typing import Any
 
 import httpx2
 from playwright.sync_api import Page, expect
@@ -70,24 +71,33 @@ def test_a_browser_shows_what_is_pushed_to_it_until_it_is_told_not_to(served: Ru
     page = open_page("/settings", permissions=["notifications"])
     page.add_init_script(PUSH_SERVICE)
     page.reload()
+    page.get_by_role("combobox", name="Messages are in").select_option("Deutsch")
+    expect(page.get_by_role("status").filter(has_text="Saved.")).to_be_attached()
+    assert httpx2.get(f"{served.url}/api/v1/notifications", headers=OWNER).json()["language"] == "de"
     page.get_by_role("button", name="Show messages in this browser").click()
     section(page, "In this browser")(r"Chrome, Linux \(this browser\)")
-    page.get_by_role("checkbox", name="new rooms").uncheck()
-    expect(page.get_by_role("status").filter(has_text="Saved.")).to_be_attached()
+    browsers = page.get_by_role("region", name="In this browser")
+    browsers.get_by_role("checkbox", name="new rooms").uncheck()
+    expect(browsers.get_by_role("status").filter(has_text="Saved.")).to_be_attached()
     push = httpx2.get(f"{served.url}/api/v1/notifications", headers=OWNER).json()["push"]
     assert (push["kinds"], len(push["subscriptions"])) == (["conflict", "parked"], 1)
-    deliver(page, {"kind": "conflict", "title": "Kitchen?", "body": "37 % is gone.", "tag": "t", "url": "/questions"})
-    shown = "navigator.serviceWorker.ready.then(r => r.getNotifications()).then(all => all.map(n => [n.title, n.body]))"
-    assert page.evaluate(shown) == [["Kitchen?", "37 % is gone."]]
+    keep_it = {"title": "Keep Kitchen as it was", "url": "/questions?answer=accept:p1"}
+    message = {"kind": "conflict", "title": "Kitchen?", "body": "37 % is gone.", "tag": "t", "url": "/questions"}
+    deliver(page, message | {"actions": [keep_it]})
+    shown = "navigator.serviceWorker.ready.then(r => r.getNotifications())"
+    told = f"{shown}.then(all => all.map(n => [n.title, n.body, n.actions.map(a => [a.title, a.action])]))"
+    assert page.evaluate(told) == [["Kitchen?", "37 % is gone.", [[keep_it["title"], keep_it["url"]]]]]
     page.get_by_role("button", name="Stop").click()
     section(page, "In this browser")("shows no messages yet")
     assert httpx2.get(f"{served.url}/api/v1/notifications", headers=OWNER).json()["push"]["subscriptions"] == []
     assert httpx2.patch(
-        f"{served.url}/api/v1/notifications", headers=OWNER, json={"push": ["conflict", "parked", "room"]}
+        f"{served.url}/api/v1/notifications",
+        headers=OWNER,
+        json={"push": ["conflict", "parked", "room"], "language": "en"},
     ).is_success
 
 
-def deliver(page: Page, message: dict[str, str]) -> None:
+def deliver(page: Page, message: dict[str, Any]) -> None:
     """As the browser does with what its push service brings."""
     session = page.context.new_cdp_session(page)
     found: list[str] = []
