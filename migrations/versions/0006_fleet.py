@@ -118,7 +118,6 @@ def upgrade() -> None:
             "day", "cause_id", "firmware", "model", "size", "outcome", name=op.f("pk_fleet_failure_day")
         ),
     )
-    op.create_index("ix_fleet_failure_day_cause_id_day", "fleet_failure_day", ["cause_id", "day"])
     # what there is already is counted like what comes
     op.execute("INSERT INTO uncounted (mission_id) SELECT id FROM mission WHERE status = 'done'")
     op.execute(

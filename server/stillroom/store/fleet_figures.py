@@ -66,6 +66,19 @@ class Failures:
 
 
 @dataclass(frozen=True)
+class CauseDay:
+    """Missions of one day that failed by one cause."""
+
+    day: date
+    firmware: str
+    model: str
+    size: str
+    outcome: str
+    robots: str
+    """A tally."""
+
+
+@dataclass(frozen=True)
 class FailedMission:
     id: int
     robot_id: str
@@ -111,24 +124,24 @@ def first_day(tx: Transaction) -> date | None:
     return found
 
 
-def failures(tx: Transaction, of: Selection, cause_id: int | None = None) -> list[Failures]:
-    """By cause and outcome; of all causes, or of one."""
+def failures(tx: Transaction, of: Selection) -> list[Failures]:
+    """By cause and outcome."""
     table = fleet_failure_day
     query = (
         sa.select(table.c.cause_id, table.c.outcome, sa.func.aggregate_strings(table.c.robots, "").label("robots"))
-        .where(*_failed_within(of, cause_id))
+        .where(*_failed_within(of))
         .group_by(table.c.cause_id, table.c.outcome)
         .order_by(table.c.cause_id, table.c.outcome)
     )
     return [as_row(Failures, row) for row in tx.execute(query) if row.robots]
 
 
-def trends(tx: Transaction, of: Selection, cause_id: int | None = None) -> Mapping[int, list[tuple[date, int]]]:
+def trends(tx: Transaction, of: Selection) -> Mapping[int, list[tuple[date, int]]]:
     """How many missions failed by each cause on each day that had any."""
     table = fleet_failure_day
     query = (
         sa.select(table.c.cause_id, table.c.day, sa.func.sum(sa.func.length(table.c.robots)))
-        .where(*_failed_within(of, cause_id))
+        .where(*_failed_within(of))
         .group_by(table.c.cause_id, table.c.day)
         .order_by(table.c.cause_id, table.c.day)
     )
@@ -142,28 +155,26 @@ def trends(tx: Transaction, of: Selection, cause_id: int | None = None) -> Mappi
 def failed(tx: Transaction, of: Selection) -> int:
     """How many missions failed, by whatever cause."""
     length = tx.execute(
-        sa.select(sa.func.sum(sa.func.length(fleet_failure_day.c.robots))).where(*_failed_within(of, None))
+        sa.select(sa.func.sum(sa.func.length(fleet_failure_day.c.robots))).where(*_failed_within(of))
     ).scalar()
     return int(length or 0) // WIDTH
 
 
-def shares(tx: Transaction, of: Selection, cause_id: int) -> Mapping[str, Mapping[str, int]]:
-    """How many of the missions that failed by a cause had which firmware, model and size."""
+def of_cause(tx: Transaction, of: Selection, cause_id: int) -> list[CauseDay]:
+    """What failed by one cause, in order of days."""
+    # An index by cause would be quick here, and make the questions about all causes jump about in the table.
     table = fleet_failure_day
-    found: dict[str, Mapping[str, int]] = {}
-    length = sa.func.sum(sa.func.length(table.c.robots))
-    for name in ("firmware", "model", "size"):
-        query = sa.select(table.c[name], length).where(*_failed_within(of, cause_id)).group_by(table.c[name])
-        found[name] = {value: int(size) // WIDTH for value, size in tx.execute(query) if size}
-    return found
+    query = sa.select(*columns(table, CauseDay)).where(*_failed_within(of), table.c.cause_id == cause_id)
+    return [as_row(CauseDay, row) for row in tx.execute(query.order_by(table.c.day)) if row.robots]
 
 
 def escapes_by_cause(tx: Transaction, of: Selection) -> list[tuple[int, int]]:
     """(Cause, number of the robot) of each escape that had needed the meta layer."""
     query = sa.select(counted.c.cause_id, counted.c.robot).where(
-        counted.c.escaped_at.is_not(None), counted.c.cause_id.is_not(None), *_within(counted, of)
+        counted.c.escaped_at.is_not(None), *_within(counted, of)
     )
-    return [(row.cause_id, row.robot) for row in tx.execute(query)]
+    # chosen here and not in the query, where it would have SQLite look through all that failed instead of what escaped
+    return [(row.cause_id, row.robot) for row in tx.execute(query) if row.cause_id is not None]
 
 
 def causes(tx: Transaction) -> Sequence[CauseRow]:
@@ -241,12 +252,12 @@ def waiting(tx: Transaction) -> int:
     return found
 
 
-def _failed_within(of: Selection, cause_id: int | None) -> list[sa.ColumnElement[bool]]:
+def _failed_within(of: Selection) -> list[sa.ColumnElement[bool]]:
     where = _within(fleet_failure_day, of, without="algorithm")
     if of.algorithm:
         same = sa.select(fleet_cause.c.id).where(fleet_cause.c.algorithm.in_(of.algorithm))
         where.append(fleet_failure_day.c.cause_id.in_(same))
-    return where if cause_id is None else [*where, fleet_failure_day.c.cause_id == cause_id]
+    return where
 
 
 def _within(table: sa.Table, of: Selection, without: str = "") -> list[sa.ColumnElement[bool]]:

@@ -111,7 +111,6 @@ fleet_failure_day = sa.Table(
     sa.Column("outcome", sa.String(16), primary_key=True),
     _tally("robots"),
 )
-sa.Index("ix_fleet_failure_day_cause_id_day", fleet_failure_day.c.cause_id, fleet_failure_day.c.day)
 
 plan_grant = sa.Table(
     "plan_grant",  # an owner's leave to look at the floor plans of a robot, or somebody's asking for it

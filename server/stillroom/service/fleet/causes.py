@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from datetime import date, datetime, timedelta
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from stillroom.service.fleet.selecting import Asked, selection
 from stillroom.service.paging import page_of
 from stillroom.store import clock, fleet_figures
 from stillroom.store.database import Database, Transaction
-from stillroom.store.fleet_figures import CauseRow, Failures, Selection
+from stillroom.store.fleet_figures import CauseDay, CauseRow, Failures, Selection
 from stillroom.store.tallies import WIDTH, decode
 
 RECENT = timedelta(days=7)
@@ -52,11 +53,15 @@ def cause(database: Database, asked: Asked, key: str) -> CauseDocument:
     catch_up(database)
     with database.read() as tx:
         row = _find(tx, key)
-        outcomes = fleet_figures.failures(tx, of, row.id)
-        trend = fleet_figures.trends(tx, of, row.id).get(row.id, [])
-        shares, total, now = fleet_figures.shares(tx, of, row.id), fleet_figures.failed(tx, of), clock.now(tx)
+        days, total, now = fleet_figures.of_cause(tx, of, row.id), fleet_figures.failed(tx, of), clock.now(tx)
+    outcomes = [Failures(row.id, name, robots) for name, robots in _joined(days, "outcome").items()]
+    trend = [(day, len(robots) // WIDTH) for day, robots in _joined(days, "day").items()]
     item = _item(row, outcomes, trend, total, now, of)
-    return CauseDocument.model_validate(item.model_dump() | dict(shares))
+    shares = {
+        name: {value: len(robots) // WIDTH for value, robots in _joined(days, name).items()}
+        for name in ("firmware", "model", "size")
+    }
+    return CauseDocument.model_validate(item.model_dump() | shares)
 
 
 def mute(database: Database, caller: Principal, key: str, how: Mute) -> CauseDocument:
@@ -128,6 +133,14 @@ def _find(tx: Transaction, key: str) -> CauseRow:
     if row is None:
         raise NotFound(f"There is no cause {key}.")
     return row
+
+
+def _joined(days: Sequence[CauseDay], by: str) -> dict[Any, str]:
+    """The tally of each value."""
+    found: dict[Any, list[str]] = {}
+    for one in days:
+        found.setdefault(getattr(one, by), []).append(one.robots)
+    return {value: "".join(tallies) for value, tallies in found.items()}
 
 
 def _grouped(found: Sequence[Failures]) -> dict[int, list[Failures]]:
