@@ -108,7 +108,7 @@ def test_few_missions_show_their_interval_alone_and_charts_are_tables_too(look: 
     expect(rates).to_contain_text("the interval is all that is known")
     rates.get_by_role("button", name="As a table").click()
     row = rates.get_by_role("row").last
-    expect(row).to_have_text(re.compile(r"\d+\.\d to \d+\.\d %"))
+    expect(row).to_have_text(re.compile(r"\d+\.\d to \d+\.\d\s%"))
     expect(row.locator("strong")).to_have_count(0)
 
 

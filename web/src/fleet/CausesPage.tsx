@@ -1,5 +1,6 @@
+import { Button } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
-import { useMemo } from "react";
+import { useMemo, useState } from "react";
 import { useLocation, useSearch } from "wouter";
 import { Failure, Loading } from "../pages/states";
 import { texts } from "../texts";
@@ -13,9 +14,12 @@ import { type CauseState, causesQuery, STATES } from "./queries";
 import { fleetTexts } from "./texts";
 import { useFilters } from "./useFilters";
 
+const A_PAGE = 20;
+
 /** What missions failed by, in groups. */
 export function CausesPage() {
   const { filters } = useFilters();
+  const [shown, setShown] = useState(A_PAGE);
   const [, go] = useLocation();
   const wanted = new URLSearchParams(useSearch()).get("state");
   const state = STATES.find((one) => one === wanted) ?? null;
@@ -58,7 +62,14 @@ export function CausesPage() {
           {data.items.length === 0 ? (
             <p>{words.none}</p>
           ) : (
-            <CauseList causes={data.items} days={days} search={searchOf(filters)} />
+            <>
+              <CauseList causes={data.items.slice(0, shown)} days={days} search={searchOf(filters)} />
+              {data.items.length > shown && (
+                <Button variant="default" size="md" onClick={() => setShown(shown + A_PAGE)}>
+                  {fleetTexts.missions.more}
+                </Button>
+              )}
+            </>
           )}
         </>
       )}

@@ -10,17 +10,19 @@ import { day, interval, percent, whole } from "./figures";
 import { every, type Filters, step } from "./filters";
 import { GroupsPanel } from "./GroupsPanel";
 import { MissionTable } from "./MissionTable";
+import { ROWS } from "./marks";
 import { OutcomesPanel } from "./OutcomesPanel";
 import { Panel, Table } from "./Panel";
 import { causesPath } from "./paths";
-import { causesQuery, latestQuery, ratesQuery, worstQuery } from "./queries";
-import { RatesPanel } from "./RatesPanel";
+import { causesQuery, latestQuery, type Measure, type RateRow, ratesQuery, worstQuery } from "./queries";
+import { RatesPanel, Share } from "./RatesPanel";
 import { TodayPanel } from "./TodayPanel";
 import { fleetTexts } from "./texts";
 import { useFilters } from "./useFilters";
 
 const CAUSES = 5;
 const WORST = 8;
+const WHOLE: readonly Measure[] = [...ROWS, "needs_review", "reverted", "parked", "escapes"];
 
 /** How the fleet does: the rates, what missions come to, and what they fail by. */
 export function OverviewPage() {
@@ -42,6 +44,7 @@ export function OverviewPage() {
             {fleetTexts.of(whole(data.total.missions), fleetTexts.robots(data.total.robots))}
             {data.waiting > 0 && ` · ${fleetTexts.waiting(data.waiting)}`}
           </p>
+          {data.total.missions > 0 && <Whole total={data.total} />}
           {data.total.missions + data.total.parked === 0 ? (
             <p>{fleetTexts.chart.empty}</p>
           ) : (
@@ -58,6 +61,22 @@ export function OverviewPage() {
         </>
       )}
     </>
+  );
+}
+
+/** All missions of the selection as one. */
+function Whole({ total }: { readonly total: RateRow }) {
+  return (
+    <dl className={classes.facts}>
+      {WHOLE.map((name) => (
+        <div key={name}>
+          <dt>{fleetTexts.measure[name]}</dt>
+          <dd>
+            <Share row={total} of={name} />
+          </dd>
+        </div>
+      ))}
+    </dl>
   );
 }
 

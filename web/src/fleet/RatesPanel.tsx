@@ -6,7 +6,7 @@ import { axisEnd, day, interval, percent, shortDay, whole } from "./figures";
 import { daysBetween, during, every, type Filters, searchOf, shifted } from "./filters";
 import { LineSample, LOOKS, outline, ROWS, type Row, type Shape } from "./marks";
 import { Panel, Table, TableSwitch } from "./Panel";
-import { causesPath, OVERVIEW_PATH, withSearch } from "./paths";
+import { causesPath, csvPath, OVERVIEW_PATH, withSearch } from "./paths";
 import type { RateRow, Rates } from "./queries";
 import { type Drawing, type Ink, TimeChart } from "./TimeChart";
 import { fleetTexts } from "./texts";
@@ -59,7 +59,14 @@ export function RatesPanel({ rates, filters }: Props) {
       wide
       title={fleetTexts.rates.title}
       lead={fleetTexts.rates.lead}
-      tools={<TableSwitch on={asTable} onChange={setAsTable} />}
+      tools={
+        <>
+          <a href={csvPath(filters, rates.group_by)} download>
+            {fleetTexts.rates.csv}
+          </a>
+          <TableSwitch on={asTable} onChange={setAsTable} />
+        </>
+      }
     >
       {asTable ? (
         <Table label={label}>

@@ -4,7 +4,7 @@ import { axisEnd, compared, interval, percent } from "./figures";
 describe("figures", () => {
   it("are percents with one digit, with their interval", () => {
     expect(percent(0.1234)).toBe("12.3\u202f%");
-    expect(interval([0.0052, 0.1])).toBe("0.5 to 10.0 %");
+    expect(interval([0.0052, 0.1])).toBe("0.5 to 10.0\u00a0%");
   });
 
   it("differ only where their intervals lie apart", () => {

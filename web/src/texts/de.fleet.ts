@@ -16,7 +16,7 @@ export const fleetDe: FleetTexts = {
   robots: (n) => count(n, "Roboter", "Roboter"),
   of: (missions, robots) => `n = ${missions} (${robots})`,
   unknown: "ohne Angabe",
-  between: (low, high) => `${low} bis ${high} %`,
+  between: (low, high) => `${low} bis ${high}\u00a0%`,
   onlyInterval: (minimum) => `n ist kleiner als ${minimum}: mehr als das Intervall weiß man nicht`,
   filter: {
     label: "Welche Fahrten",
@@ -57,7 +57,8 @@ export const fleetDe: FleetTexts = {
   },
   rates: {
     title: "Fahrten, die misslingen",
-    lead: "Anteil der Fahrten, die nur mit Übertragung misslungen wären, und mit dem, was sie heilt; die Bänder sind 95-%-Intervalle.",
+    lead: "Anteil der Fahrten, die nur mit Übertragung misslungen wären, und mit dem, was sie heilt; die Bänder sind 95-%-Intervalle, die berücksichtigen, dass sich Fahrten eines Roboters gleichen.",
+    csv: "Als CSV",
     label: (first, last) => `Fehlerraten mit 95-%-Intervallen vom ${first} bis ${last}`,
   },
   today: {

@@ -15,7 +15,7 @@ export const fleetEn = {
   robots: (n: number) => count(n, "robot", "robots"),
   of: (missions: string, robots: string) => `n = ${missions}, ${robots}`,
   unknown: "not said",
-  between: (low: string, high: string) => `${low} to ${high} %`,
+  between: (low: string, high: string) => `${low} to ${high}\u00a0%`,
   onlyInterval: (minimum: number) => `n is below ${minimum}: the interval is all that is known`,
   filter: {
     label: "Which missions",
@@ -56,7 +56,8 @@ export const fleetEn = {
   },
   rates: {
     title: "Missions that fail",
-    lead: "Share of missions that would have failed with transfer alone, and with what mends them; bands are 95 % intervals.",
+    lead: "Share of missions that would have failed with transfer alone, and with what mends them; bands are 95 % intervals, which allow for missions of one robot being alike.",
+    csv: "As CSV",
     label: (first: string, last: string) => `Failure rates with 95 % intervals from ${first} to ${last}`,
   },
   today: {
