@@ -4,14 +4,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import shapely
 from shapely import Polygon
 
 from stillroom.documents.pictures import Image, contact_sheet, draw, encode
 from stillroom.maps.geometry import as_points, as_tuples
-from stillroom.maps.grid import OccupancyGrid
+from stillroom.maps.grid import Mask, OccupancyGrid
 from stillroom.maps.mission import Mission
 from stillroom.maps.semantics import Restriction, SemanticMap
+from stillroom.pipeline.cells import cells_in
 from stillroom.pipeline.update import MapUpdate, update_map
 from tests.real.places import PLACES, Place
 from tests.real.registering import opened
@@ -24,7 +26,8 @@ AGAIN = 0.5
 @dataclass(frozen=True)
 class Carry:
     """One mission. Of the first map's rooms, moved into this mission's frame by hand: those that the judged map has `again` under their
-    id, and those that are among the rooms that a first mission of this map alone would have had (`own`)."""
+    id, and those that are among the rooms that a first mission of this map alone would have had (`own`). Compared where this mission
+    explored: what the robot never saw, another room's floor seen through a door, is for nobody to find again."""
 
     file: str
     update: MapUpdate
@@ -45,20 +48,25 @@ def carry(place: Place) -> Iterator[Carry]:
         semantic_map = update.map
         pose = place.pose_between(first, file)
         expected = {key: shapely.transform(polygon, pose.apply) for key, polygon in known.items()}
-        judged = {} if update.candidate is None else {room.id: room.polygon for room in update.candidate.rooms}
-        own = [room.polygon for room in itself.rooms]
+        explored = {key: cells_in([polygon], grid.frame) & ~grid.unexplored for key, polygon in expected.items()}
+        judged = {} if update.candidate is None else _cells(update.candidate, grid)
+        own = _cells(itself, grid).values()
         yield Carry(
             file,
             update,
             grid,
             expected,
-            again=tuple(k for k, polygon in expected.items() if k in judged and iou(polygon, judged[k]) > AGAIN),
-            own=tuple(k for k, polygon in expected.items() if any(iou(polygon, room) > AGAIN for room in own)),
+            again=tuple(k for k, cells in explored.items() if k in judged and iou(cells, judged[k]) > AGAIN),
+            own=tuple(k for k, cells in explored.items() if any(iou(cells, room) > AGAIN for room in own)),
         )
 
 
-def iou(first: Polygon, second: Polygon) -> float:
-    return float(shapely.intersection(first, second).area / max(shapely.union(first, second).area, 1e-9))
+def _cells(semantic_map: SemanticMap, grid: OccupancyGrid) -> dict[str, Mask]:
+    return {room.id: cells_in([room.polygon], grid.frame) & ~grid.unexplored for room in semantic_map.rooms}
+
+
+def iou(first: Mask, second: Mask) -> float:
+    return float(np.count_nonzero(first & second) / max(np.count_nonzero(first | second), 1))
 
 
 def tell_carried(told: Callable[[str], None], pictures: Path | None = None) -> None:
