@@ -111,4 +111,12 @@ def deliver(page: Page, message: dict[str, Any]) -> None:
     origin = page.evaluate("location.origin")
     data = {"origin": origin, "registrationId": found[0], "data": json.dumps(message)}
     session.send("ServiceWorker.deliverPushMessage", data)
-    page.wait_for_function("navigator.serviceWorker.ready.then(r => r.getNotifications()).then(all => all.length > 0)")
+    # A promise is true to wait_for_function before it is kept: the page itself has to look again.
+    page.evaluate("""async () => {
+        const registration = await navigator.serviceWorker.ready;
+        const until = Date.now() + 20_000;
+        while ((await registration.getNotifications()).length === 0) {
+            if (Date.now() > until) throw new Error("nothing was shown");
+            await new Promise((again) => setTimeout(again, 50));
+        }
+    }""")

@@ -66,7 +66,7 @@ def _cells(semantic_map: SemanticMap, grid: OccupancyGrid) -> dict[str, Mask]:
 
 
 def iou(first: Mask, second: Mask) -> float:
-    return float(np.count_nonzero(first & second) / max(np.count_nonzero(first | second), 1))
+    return int(np.count_nonzero(first & second)) / max(int(np.count_nonzero(first | second)), 1)
 
 
 def tell_carried(told: Callable[[str], None], pictures: Path | None = None) -> None:
