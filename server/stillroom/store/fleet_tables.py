@@ -180,3 +180,77 @@ replayed = sa.Table(
     sa.Column("ms", sa.Double, nullable=False),
     sa.Column("error", sa.Text),
 )
+
+rollout = sa.Table(
+    "rollout",  # another setting of the pipeline on its way to all homes
+    metadata,
+    sa.Column("id", BigId, primary_key=True),
+    sa.Column("name", sa.String(20), nullable=False, unique=True),
+    sa.Column("code", sa.String(32), nullable=False),  # version of the code that it was begun with
+    sa.Column("algorithm", sa.String(64), nullable=False),  # what missions that it processes are labelled with
+    sa.Column("resolvers", sa.JSON, nullable=False),
+    sa.Column("params", sa.JSON, nullable=False),  # those that differ
+    sa.Column("gates", sa.JSON, nullable=False),
+    sa.Column("automatic", sa.Boolean, nullable=False),  # goes on by itself where its gates are passed
+    sa.Column("state", sa.String(16), nullable=False),
+    sa.Column("stage", sa.Integer, nullable=False),  # per cent of homes; 0: beside the setting in force
+    sa.Column("staged_at", UtcDateTime, nullable=False),  # when that began
+    sa.Column("created_at", UtcDateTime, nullable=False),
+    sa.Column("created_by", sa.String(400), nullable=False),
+    sa.Column("ended_at", UtcDateTime),
+    sa.Column("ended_by", sa.String(400)),  # null: it ended by itself
+    sa.Column("reason", sa.Text),
+    sa.Column("withdrawn_at", UtcDateTime),  # of one that had been successful
+)
+_running = rollout.c.state == "running"
+sa.Index("ix_rollout_running", rollout.c.state, unique=True, sqlite_where=_running, postgresql_where=_running)
+
+rollout_look = sa.Table(
+    "rollout_look",  # each time that it was decided about a rollout, and by what numbers
+    metadata,
+    sa.Column("rollout_id", sa.ForeignKey("rollout.id"), primary_key=True, autoincrement=False),
+    sa.Column("number", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("stage", sa.Integer, nullable=False),
+    sa.Column("missions", sa.Integer, nullable=False),  # of the smaller arm
+    sa.Column("at", UtcDateTime, nullable=False),
+    sa.Column("verdict", sa.String(16), nullable=False),
+    sa.Column("gates", sa.JSON, nullable=False),
+)
+
+rolled = sa.Table(
+    "rolled",  # missions of a rollout, and by which of the two settings each was processed
+    metadata,
+    sa.Column("rollout_id", sa.ForeignKey("rollout.id"), primary_key=True, autoincrement=False),
+    sa.Column("mission_id", sa.ForeignKey("mission.id"), primary_key=True, autoincrement=False),
+    sa.Column("stage", sa.Integer, nullable=False),
+    sa.Column("candidate", sa.Boolean, nullable=False),
+    sa.Column("due_at", sa.Double),  # of a mission that is to be run again beside: as of lanes; null: nothing to do
+    sa.Column("outcome", sa.String(16)),  # what it came to beside, with the columns that follow
+    sa.Column("ablation_transfer", sa.Boolean),
+    sa.Column("ablation_meta_occupancy", sa.Boolean),
+    sa.Column("ablation_meta_dividers", sa.Boolean),
+    sa.Column("ms", sa.Double),
+    sa.Column("error", sa.Text),
+)
+sa.Index("ix_rolled_mission_id", rolled.c.mission_id)
+sa.Index("ix_rolled_arm", rolled.c.rollout_id, rolled.c.stage, rolled.c.candidate)
+_beside = rolled.c.due_at.is_not(None)
+sa.Index("ix_rolled_due_at", rolled.c.due_at, sqlite_where=_beside, postgresql_where=_beside)
+
+alert_rule = sa.Table(
+    "alert_rule",  # when those who run the service are told of a rate
+    metadata,
+    sa.Column("id", BigId, primary_key=True),
+    sa.Column("name", sa.String(64), nullable=False, unique=True),
+    sa.Column("measure", sa.String(16), nullable=False),
+    sa.Column("selection", sa.JSON, nullable=False),
+    sa.Column("days", sa.Integer, nullable=False),  # up to today
+    sa.Column("minimum_n", sa.Integer, nullable=False),
+    sa.Column("above", sa.Double, nullable=False),  # raised where the rate is surely higher
+    sa.Column("below", sa.Double, nullable=False),  # ended where it is lower
+    sa.Column("created_at", UtcDateTime, nullable=False),
+    sa.Column("created_by", sa.String(400), nullable=False),
+    sa.Column("looked_at", UtcDateTime),
+    sa.Column("raised_at", UtcDateTime),  # null: it is not raised
+    sa.Column("figures", sa.JSON(none_as_null=True)),  # by which that was last decided
+)
