@@ -78,13 +78,13 @@ class Intervals:
     """How it was come by: index into `CLUSTERINGS`."""
 
 
-def wilson(events: Floats, observations: Floats) -> tuple[Floats, Floats]:
-    """Wilson's 95 % interval (1927); 0 to 1 where nothing was observed. Both may be effective numbers, not whole ones."""
+def wilson(events: Floats, observations: Floats, z: float = Z95) -> tuple[Floats, Floats]:
+    """Wilson's interval (1927), of 95 %; 0 to 1 where nothing was observed. Both may be effective numbers, not whole ones."""
     n = np.maximum(observations, 1e-9)
     p = events / n
-    centre = p + Z95**2 / (2 * n)
-    half = Z95 * np.sqrt(np.maximum(p * (1 - p), 0) / n + Z95**2 / (4 * n * n))
-    scale = 1 + Z95**2 / n
+    centre = p + z**2 / (2 * n)
+    half = z * np.sqrt(np.maximum(p * (1 - p), 0) / n + z**2 / (4 * n * n))
+    scale = 1 + z**2 / n
     seen = observations > 0
     low, high = np.where(seen, (centre - half) / scale, 0.0), np.where(seen, (centre + half) / scale, 1.0)
     # the ends where nothing or all failed are exact; rounding must not put the share outside of its own interval
@@ -99,15 +99,15 @@ def correlation(selection: Clustered) -> float | None:
     return float(np.clip(excess, 0, 1))
 
 
-def intervals(groups: Clustered, selection: Clustered) -> Intervals:
-    """The 95 % intervals of the share in each group. `selection`: all groups as one, of one entry."""
+def intervals(groups: Clustered, selection: Clustered, z: float = Z95) -> Intervals:
+    """The intervals, of 95 %, of the share in each group. `selection`: all groups as one, of one entry."""
     known = correlation(selection)
     within = ASSUMED_CORRELATION if known is None else known
     modelled = 1 + np.maximum(groups.weight - 1, 0) * within
     measurable = groups.is_measurable
     effect = np.maximum(np.where(measurable, groups.measured_effect(), modelled), 1)
     n = groups.observations / effect
-    low, high = wilson(groups.share * n, n)
+    low, high = wilson(groups.share * n, n, z)
     how = np.where(measurable, 0, 2 if known is None else 1).astype(np.int8)
     return Intervals(low, high, effect, how)
 

@@ -157,11 +157,15 @@ def robot_numbers(tx: Transaction, robot_ids: Iterable[str]) -> Mapping[str, int
 def see_cause(tx: Transaction, what: Fingerprint, at: datetime) -> int:
     """Its number; remembers when it was seen, and whether it has come back."""
     insert_unless_there(tx, fleet_cause, vars(what) | {"first_seen": at, "last_seen": at})
-    query = sa.select(fleet_cause.c.id, fleet_cause.c.last_seen).where(fleet_cause.c.key == what.key)
-    row = tx.execute(query).one()
+    names = ("id", "first_seen", "last_seen")
+    row = tx.execute(sa.select(*(fleet_cause.c[name] for name in names)).where(fleet_cause.c.key == what.key)).one()
+    seen: dict[str, datetime] = {}
+    if at < row.first_seen:  # machines' clocks differ a little, and what is processed first need not be counted first
+        seen["first_seen"] = at
     if at > row.last_seen:
-        back = {"returned_at": at} if at - row.last_seen > GONE_AFTER else {}
-        tx.execute(sa.update(fleet_cause).where(fleet_cause.c.id == row.id).values(last_seen=at, **back))
+        seen |= {"last_seen": at} | ({"returned_at": at} if at - row.last_seen > GONE_AFTER else {})
+    if seen:
+        tx.execute(sa.update(fleet_cause).where(fleet_cause.c.id == row.id).values(**seen))
     found: int = row.id
     return found
 
