@@ -28,7 +28,7 @@ from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
 from stillroom.store.migrate import migrate
 from stillroom.store.tables import metadata
-from tests import postgresql
+from tests import object_store, postgresql
 from tests.conflicts import Core
 from tests.homes import ORIGIN, RESOLUTION, Image, home, png
 
@@ -39,7 +39,7 @@ hypothesis.settings.load_profile("stillroom")
 ADMIN_TOKEN = "operator-of-the-tests"
 ENGINES = ("sqlite", "postgresql")
 ON_BOTH_ENGINES = ("store", "service", "api", "test_migrations.py")
-"""Tests of these files and folders run once with each engine, all others with SQLite."""
+"""Tests of these files and folders run twice, with SQLite and files and with PostgreSQL and an S3 store; all others with SQLite and files."""
 Json = dict[str, Any]
 
 
@@ -173,24 +173,33 @@ def plain_logs() -> None:
     logs.configure()
 
 
-_postgresql = pytest.StashKey[Path]()
+_folder = pytest.StashKey[Path]()
+"""Of the servers of this run."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
     told: dict[str, str] = getattr(config, "workerinput", {})
-    folder = told.get("postgresql") or f"{tempfile.gettempdir()}/stillroom-postgresql-{secrets.token_hex(4)}"
-    config.stash[_postgresql] = Path(folder)
+    config.stash[_folder] = Path(told.get("folder") or f"{tempfile.gettempdir()}/stillroom-{secrets.token_hex(4)}")
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_configure_node(node: Any) -> None:
-    """xdist: one PostgreSQL for all processes of a run."""
-    node.workerinput["postgresql"] = str(node.config.stash[_postgresql])
+    """xdist: one PostgreSQL and one object store for all processes of a run."""
+    node.workerinput["folder"] = str(node.config.stash[_folder])
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
     if not hasattr(config, "workerinput"):
-        postgresql.Server(config.stash[_postgresql]).stop()
+        _postgresql_server(config).stop()
+        _object_store(config).stop()
+
+
+def _postgresql_server(config: pytest.Config) -> postgresql.Server:
+    return postgresql.Server(config.stash[_folder].with_suffix(".postgresql"))
+
+
+def _object_store(config: pytest.Config) -> object_store.ObjectStore:
+    return object_store.ObjectStore(config.stash[_folder].with_suffix(".s3"))
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
@@ -203,7 +212,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 @pytest.fixture(scope="session")
 def postgresql_server(request: pytest.FixtureRequest) -> postgresql.Server:
     """With a migrated database to be copied."""
-    server = postgresql.Server(request.config.stash[_postgresql])
+    server = _postgresql_server(request.config)
     with server.started() as first:
         if first:
             server.execute(f"CREATE DATABASE {postgresql.TEMPLATE}")
@@ -219,6 +228,17 @@ def postgresql_url(postgresql_server: postgresql.Server, worker_id: str) -> str:
     with postgresql_server.started():
         postgresql_server.execute(f"CREATE DATABASE of_{worker_id} TEMPLATE {postgresql.TEMPLATE}")
     return postgresql_server.url(f"of_{worker_id}")
+
+
+@pytest.fixture(scope="session")
+def s3_store(request: pytest.FixtureRequest) -> Iterator[object_store.ObjectStore]:
+    """An S3-compatible store, and its credentials in the environment."""
+    store = _object_store(request.config)
+    store.ensure()
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in object_store.ENVIRONMENT.items():
+            patch.setenv(name, value)
+        yield store
 
 
 @pytest.fixture(scope="session")
@@ -251,11 +271,20 @@ def empty(url: str) -> None:
 
 
 @pytest.fixture
-def settings(tmp_path: Path, database_url: str) -> Settings:
+def grid_store_url(engine: str, tmp_path: Path, request: pytest.FixtureRequest) -> str:
+    """An empty store."""
+    if engine == "postgresql":
+        store: object_store.ObjectStore = request.getfixturevalue("s3_store")
+        return store.url(secrets.token_hex(8))
+    return str(tmp_path / "grids")
+
+
+@pytest.fixture
+def settings(tmp_path: Path, database_url: str, grid_store_url: str) -> Settings:
     return Settings(
         data_dir=tmp_path,
         database_url=database_url,
-        grid_store_url=str(tmp_path / "grids"),
+        grid_store_url=grid_store_url,
         admin_token=ADMIN_TOKEN,
     )
 

@@ -65,7 +65,7 @@ class Settings:
     database_url: str
     """SQLAlchemy URL."""
     grid_store_url: str
-    """A folder or an object store's URL."""
+    """A folder, or a bucket of an S3-compatible store (`store.grids`)."""
     admin_token: str | None
     """Bearer token of an operator."""
     resolvers: "tuple[ResolverName, ...]" = RESOLVER_CHOICES[_ALL_RESOLVERS]
@@ -79,11 +79,17 @@ class Settings:
         return Settings(
             data_dir=data_dir,
             database_url=environment.get("STILLROOM_DATABASE_URL") or f"sqlite:///{data_dir / 'stillroom.sqlite'}",
-            grid_store_url=environment.get("STILLROOM_GRID_STORE_URL") or str(data_dir / "grids"),
+            grid_store_url=_grid_store(environment.get("STILLROOM_GRID_STORE_URL") or str(data_dir / "grids")),
             admin_token=environment.get("STILLROOM_ADMIN_TOKEN") or None,
             resolvers=_resolvers(environment.get("STILLROOM_RESOLVERS") or _ALL_RESOLVERS),
             messaging=_messaging(environment),
         )
+
+
+def _grid_store(value: str) -> str:
+    if "://" in value and not (value.startswith("s3://") and urlsplit(value).netloc):
+        raise InvalidSetting(f"STILLROOM_GRID_STORE_URL is {value!r}; it can be a folder, or like s3://bucket/prefix.")
+    return value
 
 
 def _resolvers(value: str) -> "tuple[ResolverName, ...]":

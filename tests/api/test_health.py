@@ -37,7 +37,8 @@ def test_a_database_that_was_not_migrated_is_not_ready(tmp_path: Path, settings:
         http.app.state.parts.database.dispose()  # type: ignore[attr-defined]
 
 
-def test_a_grid_store_that_is_gone_is_not_ready(service: Service) -> None:
+@pytest.mark.parametrize("engine", ["sqlite"])
+def test_a_folder_of_grids_that_is_gone_is_not_ready(service: Service) -> None:
     assert service.stranger.get("/readyz").status_code == 200
     shutil.rmtree(service.settings.grid_store_url)
     assert service.stranger.get("/readyz").status_code == 503

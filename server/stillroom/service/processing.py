@@ -29,7 +29,10 @@ MAX_ATTEMPTS = 3
 
 
 def process_next(database: Database, grids: GridStore, resolvers: Sequence[ResolverName] = RESOLVERS) -> int | None:
-    """Processes one mission, of the lane that waits longest. The id of its map; None where there was nothing to do."""
+    """Processes one mission, of the lane that waits longest. The id of its map; None where there was nothing to do.
+
+    Raises Unavailable where database or grid store does not answer; the mission waits then, and no attempt is counted.
+    """
     claim = lanes.claim(database)
     if claim is None:
         return None
@@ -39,8 +42,13 @@ def process_next(database: Database, grids: GridStore, resolvers: Sequence[Resol
             partial(_give_up, database, claim) if give_up else partial(_process, database, grids, claim, resolvers)
         )
         # A person may have edited the map meanwhile: then the mission is carried over from the edited map.
-        while not process():
-            pass
+        try:
+            while not process():
+                pass
+        except Unavailable:
+            with suppress(Unavailable):  # where the database is away, the lease ends by itself
+                lanes.hand_back(database, claim)
+            raise
     return claim.map_id
 
 
@@ -60,6 +68,8 @@ def _process(database: Database, grids: GridStore, claim: lanes.Claim, resolvers
             update, warnings = carry_over(gathered, gathered.previous, grids, timings, resolvers)
             update = _put_to_people(gathered, update)
             question = _question(database, gathered, grids, timings) if update.outcome == "parked" else None
+    except Unavailable:
+        raise
     except Exception:
         reason = "Processing failed; the mission is kept and was not taken."
         return _commit(database, claim, gathered, None, _failure(gathered, reason, timings, traceback.format_exc()))

@@ -25,6 +25,7 @@ import cv2
 import structlog
 
 from stillroom import logs
+from stillroom.errors import Unavailable
 from stillroom.pipeline.update import ResolverName
 from stillroom.service.decisions import AT_ONCE, expire
 from stillroom.service.fleet.counting import catch_up
@@ -38,6 +39,8 @@ from stillroom.store.hints import Hint, decode, encode
 
 IDLE_S = 5.0
 """A worker that was not woken looks for work this often, in case a wake-up was lost."""
+AWAY_S = 1.0
+"""So soon it looks again where database or grid store did not answer."""
 SWEEP_S = 30.0
 """So late at most does a deadline take effect."""
 FORGET_S = 3600.0
@@ -68,6 +71,9 @@ def run_worker(
             if process_next(database, grids, resolvers) is not None:
                 continue
             pause = _until_next(database)
+        except Unavailable as error:
+            log.warning("missions wait", detail=error.detail, cause=repr(error.__cause__))
+            pause = AWAY_S
         except Exception:
             log.exception("a mission could not be processed; it is tried again when its lease has ended")
         _wait(work, alive, pause)

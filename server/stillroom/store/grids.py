@@ -1,21 +1,53 @@
 """Grids as the robots sent them, by content: the key is the SHA-256 of the bytes. Never altered, never deleted."""
 
 import os
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime, timedelta
 from hashlib import sha256
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal, NamedTuple
+from urllib.parse import parse_qs, urlsplit, urlunsplit
 
-from obstore.exceptions import AlreadyExistsError
-from obstore.store import LocalStore, ObjectStore, from_url
+from obstore.exceptions import AlreadyExistsError, BaseError
+from obstore.store import LocalStore, ObjectStore, S3Store
+
+from stillroom.errors import Unavailable
+
+if TYPE_CHECKING:
+    from obstore.store import S3Config
+
+_REGION: Literal["us-east-1"] = "us-east-1"
+"""What servers of one's own call theirs."""
+_CONNECT = timedelta(seconds=2)
+_ANSWER = timedelta(seconds=5)
+_GIVE_UP = timedelta(seconds=5)
+"""Whoever waits for the store is a robot that can wait better, or a worker that can do something else."""
+_RETRIES = 2
+
+
+class Stored(NamedTuple):
+    """An object as the store lists it."""
+
+    path: str
+    size: int
+    at: datetime
 
 
 class GridStore:
-    """`location` is a folder, or the URL of an object store (`s3://…`)."""
+    """`location` is a folder, or the URL of a bucket of an S3-compatible store, with what all keys begin with:
+    `s3://bucket/prefix`.
+
+    `?endpoint=http://host:port` says where a store is that is not Amazon's. Region and credentials come from the
+    environment, by the names that all programs know (AWS_REGION, AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, …).
+
+    Every method raises Unavailable where the store does not answer, or has no room left.
+    """
 
     def __init__(self, location: str) -> None:
         self._folder = None if "://" in location else Path(location)
         self._store: ObjectStore = (
-            LocalStore(self._folder, mkdir=True) if self._folder is not None else from_url(location)
+            LocalStore(self._folder, mkdir=True) if self._folder is not None else _object_store(location)
         )
         self._named: set[Path] = set()
         """Folders whose own names are known to have reached the disk."""
@@ -23,11 +55,18 @@ class GridStore:
     def put(self, content: bytes) -> str:
         """Stores the bytes durably; answers with their key. The same bytes again are the same grid."""
         key = sha256(content).hexdigest()
-        with suppress(AlreadyExistsError):
-            self._store.put(_path(key), content, mode="create")
-        if self._folder is not None:
-            self._sync(self._folder / _path(key), self._folder)
+        with _unavailable_when_out():
+            try:
+                self._store.put(path_of(key), content, mode="create")
+            except AlreadyExistsError:
+                if not self._is_whole(key):  # a power loss came between its name and its bytes
+                    self._store.put(path_of(key), content)
+            if self._folder is not None:
+                self._sync(self._folder / path_of(key), self._folder)
         return key
+
+    def _is_whole(self, key: str) -> bool:
+        return sha256(self._store.get(path_of(key)).bytes().to_bytes()).hexdigest() == key
 
     def _sync(self, file: Path, top: Path) -> None:
         """The file and the folder that names it, and once the one that names that: else a power loss could forget a name."""
@@ -39,20 +78,65 @@ class GridStore:
 
     def get(self, key: str) -> bytes:
         """Raises FileNotFoundError where there is none, ValueError where the bytes are not those that were stored."""
-        content = self._store.get(_path(key)).bytes().to_bytes()
+        try:
+            with _unavailable_when_out():
+                content = self._store.get(path_of(key)).bytes().to_bytes()
+        except FileNotFoundError:
+            self.check()  # a folder that is not mounted, and a bucket that is gone, have lost no grid
+            raise
         if sha256(content).hexdigest() != key:
             raise ValueError(f"the stored grid {key} was damaged")
         return content
 
+    def list(self) -> Iterator[Stored]:
+        """All that the store holds, grids and what else there may be."""
+        with _unavailable_when_out():
+            for chunk in self._store.list():
+                for entry in chunk:
+                    yield Stored(entry["path"], entry["size"], entry["last_modified"])
+
     def check(self) -> None:
-        """Raises where the store can't be reached."""
-        next(iter(self._store.list("0", chunk_size=1)), None)
-        if self._folder is not None and not os.access(self._folder, os.W_OK):
-            raise PermissionError(f"{self._folder} can't be written")
+        """Raises Unavailable where the store can't be reached."""
+        with _unavailable_when_out():
+            try:
+                next(iter(self._store.list("0", chunk_size=1)), None)
+            except FileNotFoundError as error:
+                raise Unavailable("There is no grid store where it should be.") from error
+            if self._folder is not None and not os.access(self._folder, os.W_OK):
+                raise Unavailable(f"{self._folder} can't be written.")
 
 
-def _path(key: str) -> str:
+def path_of(key: str) -> str:
+    """Where a grid lies in the store."""
     return f"{key[:2]}/{key}"
+
+
+def _object_store(location: str) -> ObjectStore:
+    parts = urlsplit(location)
+    (endpoint,) = parse_qs(parts.query).get("endpoint", [""])
+    config: "S3Config" = {"endpoint": endpoint} if endpoint else {}
+    if not os.environ.keys() & {"AWS_REGION", "AWS_DEFAULT_REGION"}:
+        config["region"] = _REGION
+    return S3Store.from_url(
+        urlunsplit(parts._replace(query="")),
+        config=config,
+        client_options={
+            "allow_http": urlsplit(endpoint).scheme == "http",
+            "connect_timeout": _CONNECT,
+            "timeout": _ANSWER,
+        },
+        retry_config={"max_retries": _RETRIES, "retry_timeout": _GIVE_UP},
+    )
+
+
+@contextmanager
+def _unavailable_when_out() -> Iterator[None]:
+    try:
+        yield
+    except FileNotFoundError:
+        raise
+    except (BaseError, OSError) as error:
+        raise Unavailable("The grid store does not answer at the moment.") from error
 
 
 def _sync(path: Path) -> None:

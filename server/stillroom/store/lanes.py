@@ -14,6 +14,8 @@ from stillroom.store.hints import Hint
 from stillroom.store.tables import lane, mission
 
 LEASE_S = 10.0
+PAUSE_S = 2.0
+"""Before a mission is tried again that could not be tried."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,17 @@ def renew(database: Database, held: Claim) -> None:
     mine = lane.c.map_id == held.map_id, lane.c.claim == held.token
     with database.write(durable=False) as tx:
         tx.execute(sa.update(lane).where(*mine).values(ready_at=clock.seconds(tx) + LEASE_S))
+
+
+def hand_back(database: Database, held: Claim) -> None:
+    """Ends a claim whose mission could not be tried, for no fault of its own: it is tried again after a pause."""
+    with database.write(durable=False) as tx:
+        if lock(tx, held.map_id) != held.token:
+            return
+        untried = {"status": "queued", "attempts": mission.c.attempts - 1}
+        tx.execute(sa.update(mission).where(mission.c.id == held.mission_id).values(**untried))
+        later = {"claim": None, "ready_at": clock.seconds(tx) + PAUSE_S}
+        tx.execute(sa.update(lane).where(lane.c.map_id == held.map_id).values(**later))
 
 
 def release(tx: Transaction, map_id: int) -> None:
