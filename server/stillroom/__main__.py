@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from stillroom import __version__, file_commands, fleet_commands, logs, simulation_commands
+from stillroom import __version__, file_commands, fleet_commands, logs, simulation_commands, upkeep_commands
 from stillroom.arguments import Command, add_command, count, positive
 from stillroom.settings import InvalidSetting, Settings
 
@@ -43,6 +43,7 @@ def parser() -> argparse.ArgumentParser:
     _add_simulation(commands)
     simulation_commands.add_commands(commands)
     fleet_commands.add_commands(commands)
+    upkeep_commands.add_commands(commands)
     return top
 
 

@@ -114,7 +114,7 @@ def path_of(key: str) -> str:
 def _object_store(location: str) -> ObjectStore:
     parts = urlsplit(location)
     (endpoint,) = parse_qs(parts.query).get("endpoint", [""])
-    config: "S3Config" = {"endpoint": endpoint} if endpoint else {}
+    config: S3Config = {"endpoint": endpoint} if endpoint else {}
     if not os.environ.keys() & {"AWS_REGION", "AWS_DEFAULT_REGION"}:
         config["region"] = _REGION
     return S3Store.from_url(
