@@ -10,7 +10,7 @@ from stillroom.maps.mission import Mission
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.conflicts import Conflict, ConflictKind, Proposal, RoomScore
 from stillroom.pipeline.update import MapUpdate, update_map
-from stillroom.service.accounts import Operator
+from stillroom.service.access import OPERATOR
 from stillroom.service.events import events_after
 from tests.homes import Image, home
 
@@ -121,7 +121,7 @@ def shown(robot: "RobotCaller", key: str) -> dict[str, Any]:
 
 def told(service: "Service") -> list[dict[str, Any]]:
     """All events, oldest first."""
-    return [event.model_dump() for _, event in events_after(service.database, Operator(), 0, None, None)]
+    return [event.model_dump() for _, event in events_after(service.database, OPERATOR, 0, None, None)]
 
 
 def expect(answer: Response, status: int = 200) -> dict[str, Any]:

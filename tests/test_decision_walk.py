@@ -19,7 +19,7 @@ from stillroom.documents.conflicts import ConflictDocument, DecisionRequest
 from stillroom.documents.operations import EditRequest
 from stillroom.errors import AlreadyDecided, ChangedSince, InvalidEdit, InvalidInput, ProposalOutdated, StaleVersion
 from stillroom.service import decisions
-from stillroom.service.accounts import Operator, Owner, Principal
+from stillroom.service.access import OPERATOR, Person, Principal
 from stillroom.service.edits import edit_map, restore_version, undo_version
 from stillroom.service.history import change_settings, pin_map, unpin_map
 from stillroom.service.placements import place
@@ -33,7 +33,7 @@ from tests.household import MAP, ROBOT, UPSTAIRS, Household
 Json = dict[str, Any]
 Open = Callable[[], tuple[Database, GridStore]]
 WALKS, STEPS = 10, 16
-ME, ANOTHER = Operator(), Owner("ann@example.org")
+ME, ANOTHER = OPERATOR, Person("ann@example.org")
 REFUSALS = (InvalidInput, ProposalOutdated)
 CHANGES = (
     "none", "gap", "small gap", "open plan", "shut", "annex", "part", "sofa", "leak", "other floor",

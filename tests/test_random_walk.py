@@ -21,7 +21,7 @@ from stillroom.maps.constraints import violations
 from stillroom.pipeline.params import PARAMS
 from stillroom.service import maps as map_service
 from stillroom.service import uploads
-from stillroom.service.accounts import Operator
+from stillroom.service.access import OPERATOR
 from stillroom.service.edits import edit_map, restore_version, undo_version
 from stillroom.service.processing import process_next
 from stillroom.store import maps, missions, robots
@@ -76,7 +76,7 @@ class Walk(RuleBasedStateMachine):
         }[order]
         operations = [o.as_operation() for o in EditRequest.model_validate({"operations": [operation]}).operations]
         try:
-            edit_map(self.database, Operator(), ROBOT, MAP, self.before["version"], operations, False)
+            edit_map(self.database, OPERATOR, ROBOT, MAP, self.before["version"], operations, False)
         except InvalidEdit:
             assert self._map()["version"] == self.before["version"], "a refused edit changes nothing"
             return
@@ -91,7 +91,7 @@ class Walk(RuleBasedStateMachine):
     @rule(back=st.integers(1, 6))
     def restore(self, back: int) -> None:
         version = max(1, self.before["version"] - back)
-        restore_version(self.database, Operator(), ROBOT, MAP, version)
+        restore_version(self.database, OPERATOR, ROBOT, MAP, version)
         self._look(fresh=False)
         assert self._features(self.before) == self._features(self._map(version))
 
@@ -99,7 +99,7 @@ class Walk(RuleBasedStateMachine):
     def undo(self, back: int) -> None:
         version = max(1, self.before["version"] - back)
         try:
-            undo_version(self.database, Operator(), ROBOT, MAP, version)
+            undo_version(self.database, OPERATOR, ROBOT, MAP, version)
         except ChangedSince:
             return
         self._look(fresh=False)

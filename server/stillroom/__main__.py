@@ -192,7 +192,7 @@ def _add_robot(options: argparse.Namespace) -> int:
 
     from stillroom.documents.api import NewRobot
     from stillroom.errors import StillroomError
-    from stillroom.service.accounts import add_robot
+    from stillroom.service.robots import add_robot
     from stillroom.store.database import Database
     from stillroom.store.migrate import migrate
 

@@ -24,6 +24,7 @@ from stillroom.api import (
     problems,
     robots,
     schema,
+    signing_in,
     web,
     webhooks,
 )
@@ -69,6 +70,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
     app.add_middleware(SecurityHeaders)
     for part in (
         robots,
+        signing_in,
         missions,
         maps,
         conflicts,

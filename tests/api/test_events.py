@@ -8,7 +8,7 @@ import pytest
 
 from stillroom.api import events
 from stillroom.pipeline.conflicts import ConflictKind
-from stillroom.service.accounts import Operator, Owner, Principal, Robot
+from stillroom.service.access import OPERATOR, Person, Principal, Robot
 from tests.conflicts import Core, expect, listed, rejected, send, told
 from tests.conftest import RobotCaller, Service
 from tests.homes import changed, home
@@ -35,7 +35,7 @@ async def first(
 
 @pytest.mark.usefixtures("mapped")
 def test_a_mission_that_was_taken_tells_of_its_version_and_of_itself(service: Service) -> None:
-    version, mission = asyncio.run(first(service, Operator(), 2))
+    version, mission = asyncio.run(first(service, OPERATOR, 2))
     assert (version["event"], version["version"], version["cause"]) == ("version", 1, "created")
     assert (mission["event"], mission["mission"], mission["outcome"]) == ("mission", "0", "created")
     assert (mission["robot"], mission["map"]) == ("RB-1", "ground")
@@ -43,17 +43,17 @@ def test_a_mission_that_was_taken_tells_of_its_version_and_of_itself(service: Se
 
 
 def test_a_stream_goes_on_after_the_last_event_that_was_seen(service: Service, mapped: RobotCaller) -> None:
-    version, mission = asyncio.run(first(service, Operator(), 2))
+    version, mission = asyncio.run(first(service, OPERATOR, 2))
     service.operator.edit(mapped.path(), 1, {"op": "rename_room", "id": "r1", "name": "Kitchen"})
-    (edit,) = asyncio.run(first(service, Operator(), 1, last=mission["id"]))
+    (edit,) = asyncio.run(first(service, OPERATOR, 1, last=mission["id"]))
     assert (edit["event"], edit["cause"], edit["version"]) == ("version", "edit", 2)
     assert edit["id"] > version["id"]
 
 
 def test_a_stream_that_waits_hears_of_a_change_at_once(service: Service, mapped: RobotCaller) -> None:
     async def wait_and_edit() -> dict[str, Any]:
-        known = (await first(service, Operator(), 2))[-1]["id"]
-        waiting = asyncio.create_task(first(service, Operator(), 1, last=known))
+        known = (await first(service, OPERATOR, 2))[-1]["id"]
+        waiting = asyncio.create_task(first(service, OPERATOR, 1, last=known))
         await asyncio.sleep(0)
         edit = {"op": "rename_room", "id": "r1", "name": "Kitchen"}
         await asyncio.to_thread(service.operator.edit, mapped.path(), 1, edit)
@@ -62,7 +62,7 @@ def test_a_stream_that_waits_hears_of_a_change_at_once(service: Service, mapped:
     assert asyncio.run(wait_and_edit())["cause"] == "edit"
 
 
-@pytest.mark.parametrize("who", [Operator(), Owner("ann@example.org"), Robot("anns")])
+@pytest.mark.parametrize("who", [OPERATOR, Person("ann@example.org"), Robot("anns")])
 def test_nobody_hears_of_what_they_may_not_see(service: Service, who: Principal) -> None:
     nobodys, anns, bobs = (
         service.add_robot(*named)
@@ -70,7 +70,7 @@ def test_nobody_hears_of_what_they_may_not_see(service: Service, who: Principal)
     )
     for robot in (bobs, nobodys, anns, bobs):
         robot.upload("0")
-    own = "free" if isinstance(who, Operator) else "anns"
+    own = "free" if who == OPERATOR else "anns"
     assert {event["robot"] for event in asyncio.run(first(service, who, 2))} == {own}
 
 
@@ -79,9 +79,9 @@ def test_a_stream_can_be_narrowed_to_a_robot_and_to_a_map(service: Service, mapp
     other.upload("0", map_name="upstairs")
     mapped.upload("0", map_name="upstairs")
     mapped.upload("1", home(shift=(1, 0)))
-    of_other = asyncio.run(first(service, Operator(), 2, robot="RB-2"))
+    of_other = asyncio.run(first(service, OPERATOR, 2, robot="RB-2"))
     assert {event["robot"] for event in of_other} == {"RB-2"}
-    upstairs = asyncio.run(first(service, Operator(), 4, map_name="upstairs"))
+    upstairs = asyncio.run(first(service, OPERATOR, 4, map_name="upstairs"))
     assert [(event["robot"], event["map"]) for event in upstairs[::2]] == [("RB-2", "upstairs"), ("RB-1", "upstairs")]
 
 
@@ -92,7 +92,7 @@ def test_the_stream_needs_a_caller(service: Service) -> None:
 def resumed(service: Service, whole: list[dict[str, Any]]) -> None:
     """Whoever lost the connection after any of the events gets all that follow, in order, and none twice."""
     for seen, last in enumerate(whole[:-1], 1):
-        rest = asyncio.run(first(service, Operator(), len(whole) - seen, last=last["id"]))
+        rest = asyncio.run(first(service, OPERATOR, len(whole) - seen, last=last["id"]))
         assert rest == whole[seen:]
 
 
@@ -110,7 +110,7 @@ def test_conflicts_that_open_and_close_are_in_the_stream_and_none_is_missed_afte
         if response is not None:
             url = f"{mapped.path()}/conflicts/c{mission}/decision"
             expect(service.operator.request("POST", url, json={"response": response}))
-    whole = asyncio.run(first(service, Operator(), len(told(service))))
+    whole = asyncio.run(first(service, OPERATOR, len(told(service))))
     ids = [event["id"] for event in whole]
     assert ids == sorted(set(ids))
     seen = [(event["conflict"], event["state"]) for event in whole if event["event"] == "conflict"]
@@ -129,7 +129,7 @@ def test_a_parked_mission_and_its_question_are_in_the_stream(service: Service, m
     answer = service.operator.request("POST", f"{mapped.path()}/missions/1/placement", json=placed)
     assert answer.status_code in (200, 202), answer.text
     service.worker.settle()
-    whole = asyncio.run(first(service, Operator(), len(told(service))))
+    whole = asyncio.run(first(service, OPERATOR, len(told(service))))
     of_mission = [event for event in whole if event["mission"] == "1"]
     assert [event["outcome"] for event in of_mission if event["event"] == "mission"] == ["parked"]
     assert [(e["conflict"], e["state"]) for e in whole if e["event"] == "conflict"] == [
@@ -144,12 +144,12 @@ def test_a_stream_that_was_cut_while_things_happened_goes_on_where_it_was(
 ) -> None:
     """Each connection ends after one event, whatever happens meanwhile."""
     core.planned |= {str(number): rejected(f"c{number}", kind=kind) for number, kind in enumerate(KINDS, 1)}
-    last, seen = asyncio.run(first(service, Operator(), 2))[-1]["id"], list[str]()
+    last, seen = asyncio.run(first(service, OPERATOR, 2))[-1]["id"], list[str]()
     for number in range(1, len(KINDS) + 1):
         send(mapped, str(number))
-        (event,) = asyncio.run(first(service, Operator(), 1, last=last))
+        (event,) = asyncio.run(first(service, OPERATOR, 1, last=last))
         last = event["id"]
         seen.append(event["event"])
     everything = [event["kind"] for event in told(service)][2:]
-    rest = asyncio.run(first(service, Operator(), len(everything) - len(seen), last=last))
+    rest = asyncio.run(first(service, OPERATOR, len(everything) - len(seen), last=last))
     assert seen + [event["event"] for event in rest] == everything

@@ -21,7 +21,7 @@ import pytest
 import sqlalchemy as sa
 
 from stillroom.documents.api import NewRobot
-from stillroom.service.accounts import add_robot
+from stillroom.service.robots import add_robot
 from stillroom.settings import Settings
 from stillroom.store import lanes
 from stillroom.store.database import Database

@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Path, Query, Request
 from starlette.responses import Response
 
-from stillroom.api.context import Caller, Limit, MapName, NumberCursor, RobotId, Service, allowed, document, page
+from stillroom.api.context import Caller, Limit, MapName, NumberCursor, RobotId, Service, allowed, document, may, page
 from stillroom.documents import api
 from stillroom.documents.conflicts import ConflictDocument, DecisionRequest, SensedDocument
 from stillroom.service import conflicts, decisions
@@ -19,7 +19,7 @@ ConflictId = Annotated[str, Path(alias="conflict", pattern=r"^[^\x00-\x1f\x7f]{1
 State = Annotated[api.ConflictState | None, Query()]
 
 
-@router.get("/api/v1/conflicts", response_model=api.Page[ConflictDocument])
+@router.get("/api/v1/conflicts", response_model=api.Page[ConflictDocument], dependencies=[Depends(may("list"))])
 def list_all_conflicts(
     request: Request, service: Service, who: Caller, cursor: NumberCursor, state: State = None, limit: Limit = 100
 ) -> Response:

@@ -13,17 +13,19 @@ from starlette.responses import Response
 from stillroom.documents import api
 from stillroom.errors import Fault, Forbidden, InvalidInput, Unauthenticated
 from stillroom.pipeline.update import ResolverName
-from stillroom.service import accounts
-from stillroom.service.accounts import Action, Principal
+from stillroom.service import access, accounts
+from stillroom.service.access import Action, Principal
+from stillroom.service.people.sessions import Browser
+from stillroom.service.people.throttling import network
 from stillroom.service.planning import Means
 from stillroom.service.signals import Signals
 from stillroom.settings import Messaging
-from stillroom.store import robots
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
-from stillroom.store.rows import RobotRow
 
 SESSION_COOKIE = "stillroom_session"
+DEVICE_COOKIE = "stillroom_device"
+"""Says that somebody has signed in with this browser before."""
 SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 
 
@@ -71,18 +73,35 @@ def caller(request: Request, service: Service) -> Principal:
     cookie = request.cookies.get(SESSION_COOKIE)
     if cookie is None:
         raise Unauthenticated("Send a bearer token, or sign in.")
-    if request.method not in SAFE_METHODS and not _is_same_site(request):
-        raise Forbidden("The request comes from another site.")
+    if request.method not in SAFE_METHODS:
+        same_origin(request)
     return accounts.by_session(service.database, cookie)
 
 
-def _is_same_site(request: Request) -> bool:
-    """Browsers say where a request comes from; those that don't know Sec-Fetch-Site send an Origin."""
+def same_origin(request: Request) -> None:
+    """Browsers say where a request comes from; those that don't know Sec-Fetch-Site send an Origin.
+
+    Raises Forbidden for a request that another site made a browser send, or that may be one.
+    """
     site = request.headers.get("Sec-Fetch-Site")
-    if site is not None:
-        return site in ("same-origin", "none")
     origin, host = request.headers.get("Origin"), request.headers.get("Host")
-    return origin is not None and origin.partition("://")[2] == host
+    from_here = origin is not None and origin.partition("://")[2] == host
+    if site not in ("same-origin", "none") and not (site is None and from_here):
+        raise Forbidden("The request comes from another site.")
+
+
+def source_of(request: Request) -> str:
+    """Where a request comes from, for counting how often something is tried."""
+    return network(request.client.host if request.client else "")
+
+
+def browser_of(request: Request) -> Browser:
+    return Browser(
+        source_of(request),
+        request.headers.get("User-Agent", ""),
+        request.cookies.get(SESSION_COOKIE),
+        request.cookies.get(DEVICE_COOKIE),
+    )
 
 
 Caller = Annotated[Principal, Depends(caller)]
@@ -100,17 +119,18 @@ def allowed(action: Action) -> Callable[..., None]:
     """A dependency that lets only those pass who may do `action` to the robot that the path names."""
 
     def check(service: Service, who: Caller, robot_id: RobotId) -> None:
-        def robot() -> RobotRow | None:
-            with service.database.read() as tx:
-                return robots.get(tx, robot_id)
-
-        accounts.authorise(who, action, robot_id, robot)
+        access.authorise(service.database, who, action, robot_id)
 
     return check
 
 
-def operator_only(who: Caller) -> None:
-    accounts.authorise_operator(who)
+def may(action: Action) -> Callable[..., None]:
+    """A dependency that lets only those pass who may do `action` in this service."""
+
+    def check(who: Caller) -> None:
+        access.authorise_service(who, action)
+
+    return check
 
 
 def number_cursor(cursor: Annotated[str | None, Query(max_length=100)] = None) -> int | None:

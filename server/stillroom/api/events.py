@@ -4,13 +4,13 @@ import asyncio
 from collections.abc import AsyncIterator
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Query
+from fastapi import APIRouter, Depends, Header, Query
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import StreamingResponse
 
-from stillroom.api.context import Caller, Parts, Service
+from stillroom.api.context import Caller, Parts, Service, may
 from stillroom.documents import api
-from stillroom.service.accounts import Principal
+from stillroom.service.access import Principal
 from stillroom.service.events import events_after, newest_event
 
 KEEP_ALIVE_S = 15.0
@@ -21,6 +21,7 @@ router = APIRouter()
 @router.get(
     "/api/v1/events",
     response_class=StreamingResponse,
+    dependencies=[Depends(may("list"))],
     responses={200: {"content": {"text/event-stream": {"itemSchema": {"$ref": "#/components/schemas/Event"}}}}},
 )
 async def follow(

@@ -16,7 +16,7 @@ from stillroom.api.context import (
     RobotId,
     Service,
     document,
-    operator_only,
+    may,
     page,
 )
 from stillroom.documents import fleet
@@ -25,7 +25,8 @@ from stillroom.documents.replays import Cell, Measure, ReplayDocument, ReplayedM
 from stillroom.service.fleet import causes, rates, replays, unprocessed
 from stillroom.service.fleet.selecting import Asked
 
-router = APIRouter(prefix="/api/v1/fleet", dependencies=[Depends(operator_only)])
+router = APIRouter(prefix="/api/v1/fleet", dependencies=[Depends(may("figures"))])
+_TRIAGE = [Depends(may("triage"))]
 Day = Annotated[str | None, Query(max_length=40, description="YYYY-MM-DD or RFC 3339; its day in UTC counts")]
 Values = Annotated[list[Annotated[str, Query(max_length=100)]], Query(max_length=50)]
 Sizes = Annotated[list[fleet.Size], Query(max_length=5)]
@@ -127,12 +128,12 @@ def show_cause(service: Service, which: Which, key: CauseId) -> Response:
     return document(causes.cause(service.database, which, key))
 
 
-@router.put("/causes/{cause}/mute", response_model=fleet.CauseDocument)
+@router.put("/causes/{cause}/mute", response_model=fleet.CauseDocument, dependencies=_TRIAGE)
 def mute(service: Service, who: Caller, key: CauseId, how: fleet.Mute) -> Response:
     return document(causes.mute(service.database, who, key, how))
 
 
-@router.delete("/causes/{cause}/mute", response_model=fleet.CauseDocument)
+@router.delete("/causes/{cause}/mute", response_model=fleet.CauseDocument, dependencies=_TRIAGE)
 def unmute(service: Service, key: CauseId) -> Response:
     return document(causes.unmute(service.database, key))
 
@@ -157,7 +158,9 @@ def list_unprocessed(request: Request, service: Service, cursor: NumberCursor, l
     return page(request, unprocessed.list_unprocessed(service.database, cursor, limit))
 
 
-@router.post("/robots/{robot}/maps/{map}/missions/{mission}/run", status_code=202, response_class=Response)
+@router.post(
+    "/robots/{robot}/maps/{map}/missions/{mission}/run", status_code=202, response_class=Response, dependencies=_TRIAGE
+)
 def run_again(service: Service, robot: RobotId, map_name: MapName, key: AnyMissionId) -> Response:
     """Queues a mission again that could not be processed. Where newer missions were processed since, it is late."""
     unprocessed.run_again(service.database, robot, map_name, key)

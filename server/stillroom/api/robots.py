@@ -1,78 +1,88 @@
-"""Robots and who calls."""
+"""Robots: registered, claimed, given up, and their tokens."""
 
-import re
 from typing import Annotated
-from urllib.parse import unquote
 
 from fastapi import APIRouter, Depends, Query, Request
-from starlette.responses import RedirectResponse, Response
+from starlette.responses import Response
 
-from stillroom.api.context import SESSION_COOKIE, Caller, Limit, Service, document, operator_only, page
+from stillroom.api.context import (
+    Caller,
+    Limit,
+    RobotId,
+    Service,
+    allowed,
+    document,
+    may,
+    page,
+    source_of,
+)
 from stillroom.documents import api
-from stillroom.errors import Unauthenticated
-from stillroom.service import accounts, maps
+from stillroom.documents.robots import Claim, ClaimCode, RobotChange, RobotDocument, RobotToken
+from stillroom.service import maps, robots
+from stillroom.service.access import Person
 
-router = APIRouter()
-NEXT_COOKIE = "stillroom_next"
-"""The app's page, percent-encoded, that somebody who was signed out wanted to see."""
-_OWN_PAGE = re.compile(r"/(?!/)[!-\[\]-~]{0,1000}", re.ASCII)
+router = APIRouter(prefix="/api/v1")
+Cursor = Annotated[str, Query(max_length=64)]
+_NO_STORE = {"Cache-Control": "no-store"}
+"""For what is shown once."""
 
 
-@router.post("/api/v1/robots", status_code=201, response_model=api.CreatedRobot, dependencies=[Depends(operator_only)])
+@router.post("/robots", status_code=201, response_model=api.CreatedRobot, dependencies=[Depends(may("register"))])
 def add_robot(service: Service, new: api.NewRobot) -> Response:
-    return document(accounts.add_robot(service.database, new), 201, {"Location": "/api/v1/robots"})
+    return document(robots.add_robot(service.database, new), 201, {"Location": "/api/v1/robots"} | _NO_STORE)
 
 
-@router.get("/api/v1/robots", response_model=api.Page[api.RobotSummary])
-def list_robots(
-    request: Request,
-    service: Service,
-    who: Caller,
-    cursor: Annotated[str, Query(max_length=64)] = "",
-    limit: Limit = 100,
-) -> Response:
+@router.get("/robots", response_model=api.Page[api.RobotSummary], dependencies=[Depends(may("list"))])
+def list_robots(request: Request, service: Service, who: Caller, cursor: Cursor = "", limit: Limit = 100) -> Response:
+    """Those that the caller may see, with their maps."""
     return page(request, maps.list_robots(service.database, who, cursor, limit))
 
 
-@router.get("/api/v1/session", response_model=api.Caller)
-def show_caller(who: Caller) -> Response:
-    return document(accounts.who(who))
+@router.get("/registry", response_model=api.Page[RobotDocument], dependencies=[Depends(may("register"))])
+def list_registered(request: Request, service: Service, cursor: Cursor = "", limit: Limit = 100) -> Response:
+    """All robots, whose they are, and nothing of their maps."""
+    return page(request, robots.list_all(service.database, cursor, limit))
 
 
-@router.delete("/api/v1/session", status_code=204)
-def sign_out(request: Request, service: Service, _who: Caller) -> Response:
-    cookie = request.cookies.get(SESSION_COOKIE)
-    if cookie is not None:
-        accounts.sign_out(service.database, cookie)
-    response = Response(status_code=204)
-    response.delete_cookie(SESSION_COOKIE)
-    return response
+@router.post("/claims", status_code=201, response_model=RobotDocument, dependencies=[Depends(may("household"))])
+def claim(request: Request, service: Service, who: Caller, given: Claim) -> Response:
+    """Makes a robot one's own that is nobody's, by the code that came with it."""
+    assert isinstance(who, Person)
+    made = robots.claim(service.database, who, given.claim_code, source_of(request))
+    return document(made, 201, {"Location": f"/api/v1/robots/{made.id}"})
 
 
-@router.get("/login", include_in_schema=False)
-def sign_in(request: Request, service: Service, token: Annotated[str, Query(max_length=200)]) -> Response:
-    """A one-time link's target: on to the page that was wanted."""
-    response = RedirectResponse(_page_wanted(request), 303, {"Referrer-Policy": "no-referrer"})
-    if NEXT_COOKIE in request.cookies:
-        response.delete_cookie(NEXT_COOKIE, "/login")
-    try:
-        cookie = accounts.sign_in(service.database, token)
-    except Unauthenticated:
-        if "text/html" in request.headers.get("Accept", ""):
-            return response  # the app greets those who are signed in already, and tells others how to get a link
-        raise
-    response.set_cookie(
-        SESSION_COOKIE,
-        cookie,
-        max_age=int(accounts.SESSION_LIFE.total_seconds()),
-        httponly=True,
-        samesite="lax",
-        secure=request.url.scheme == "https",
-    )
-    return response
+@router.get("/robots/{robot}", response_model=RobotDocument, dependencies=[Depends(allowed("read"))])
+def show(service: Service, robot: RobotId) -> Response:
+    return document(robots.robot(service.database, robot))
 
 
-def _page_wanted(request: Request) -> str:
-    """A path of this service, whatever the cookie says: never another site's address (`//other`, `/\\other`)."""
-    wanted = unquote(request.cookies.get(NEXT_COOKIE, ""))
-    return wanted if _OWN_PAGE.fullmatch(wanted) else "/"
+@router.patch("/robots/{robot}", response_model=RobotDocument, dependencies=[Depends(allowed("manage"))])
+def change(service: Service, robot: RobotId, wanted: RobotChange) -> Response:
+    return document(robots.rename(service.database, robot, wanted.name))
+
+
+@router.post("/robots/{robot}/release", response_model=ClaimCode, dependencies=[Depends(allowed("release"))])
+def release(service: Service, robot: RobotId) -> Response:
+    """Gives it up. Its maps stay with who gives it up, as a robot of another id that uploads nothing; whoever claims it next
+    begins without any. Until then it uploads nothing."""
+    return document(robots.release(service.database, robot), headers=_NO_STORE)
+
+
+@router.post("/robots/{robot}/claim-code", response_model=ClaimCode, dependencies=[Depends(may("register"))])
+def new_code(service: Service, robot: RobotId) -> Response:
+    """In place of one that was lost; of a robot that is nobody's."""
+    return document(robots.new_code(service.database, robot), headers=_NO_STORE)
+
+
+@router.post("/robots/{robot}/token", response_model=RobotToken, dependencies=[Depends(allowed("rekey"))])
+def new_token(service: Service, robot: RobotId) -> Response:
+    """The old one does not work any more."""
+    return document(robots.new_token(service.database, robot), headers=_NO_STORE)
+
+
+@router.delete("/robots/{robot}/token", status_code=204, dependencies=[Depends(allowed("disconnect"))])
+def revoke_token(service: Service, robot: RobotId) -> Response:
+    """Shuts the robot out; what it uploaded stays."""
+    robots.revoke_token(service.database, robot)
+    return Response(status_code=204)

@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Depends, Path, Request
 from starlette.responses import Response
 
-from stillroom.api.context import Caller, Limit, NumberCursor, Service, document, page
+from stillroom.api.context import Caller, Limit, NumberCursor, Service, document, may, page
 from stillroom.documents import api
 from stillroom.documents.notifications import (
     DeliveryDocument,
@@ -16,7 +16,7 @@ from stillroom.documents.notifications import (
 )
 from stillroom.service import webhooks
 
-router = APIRouter()
+router = APIRouter(dependencies=[Depends(may("messages"))])
 _BASE = "/api/v1/webhooks"
 _ONE = _BASE + "/{webhook}"
 WebhookId = Annotated[str, Path(alias="webhook", pattern=r"^[A-Za-z0-9_-]{1,40}$")]

@@ -10,7 +10,7 @@ from stillroom.documents.operations import OperationDocument
 
 Outcome = Literal["created", "updated", "resolved", "needs_review", "reverted", "superseded", "parked"]
 Status = Literal["queued", "processing", "done"]
-Cause = Literal["created", "mission", "edit", "decision", "restore", "import"]
+Cause = Literal["created", "mission", "edit", "decision", "restore", "import", "rollback"]
 ConflictState = Literal["open", "accepted", "rejected", "annotated", "expired", "superseded", "resolved_automatically"]
 Review = Literal["automatic", "ask_first"]
 ItemT = TypeVar("ItemT")
@@ -258,8 +258,11 @@ class MapSettings(BaseModel):
 class Caller(Document):
     """Who the service takes the caller for."""
 
-    kind: Literal["operator", "robot", "owner"]
+    kind: Literal["operator", "engineer", "robot", "person"]
     id: str | None
+    """A robot's id, a person's e-mail address; null: an operator who has no account."""
+    may: list[str]
+    """What, apart from robots: `household`, `messages`, `figures`, `triage`, `register`, `accounts`, `account`."""
 
 
 # -- missions ----------------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from stillroom.documents.conflicts import ConflictDocument
 from stillroom.documents.features import features
 from stillroom.documents.stored import decode_map
 from stillroom.errors import NotFound
-from stillroom.service.accounts import Principal, visible_to
+from stillroom.service.access import Principal, visible_to
 from stillroom.service.maps import find_map
 from stillroom.service.paging import page_of
 from stillroom.store import conflicts

@@ -12,7 +12,7 @@ from stillroom.documents.conflicts import ConflictDocument, DecisionRequest
 from stillroom.documents.stored import decode_map
 from stillroom.errors import AlreadyDecided, Fault, InvalidInput, NotFound, ProposalOutdated, StillroomError
 from stillroom.service import sightings
-from stillroom.service.accounts import Principal, signature
+from stillroom.service.access import Principal, signature
 from stillroom.service.conflicts import conflict_by_key, documents
 from stillroom.service.maps import document_fields, find_map, map_url
 from stillroom.service.planning import Asked, Means, Plan, Under, look_up, plan

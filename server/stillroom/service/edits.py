@@ -17,7 +17,7 @@ from stillroom.pipeline.edits import EditResult, Operation, apply_edits
 from stillroom.pipeline.edits.rebase import rebase
 from stillroom.pipeline.edits.suggesting import suggest_dividers
 from stillroom.pipeline.edits.undo import undo
-from stillroom.service.accounts import Principal, signature
+from stillroom.service.access import Principal, signature
 from stillroom.service.maps import as_document, document_fields, find_in_force, find_version
 from stillroom.service.steps import since
 from stillroom.service.versions import ids_of, new_version
@@ -95,7 +95,7 @@ def _taken_back(tx: Transaction, of: MapRow, before: VersionRow, edited: Version
     now = decode_map(current.document, ids_of(of))
     if edited.number == current.number:
         restored = decode_map(before.document, ids_of(of))
-        return EditResult(restored, _ended_by_restore(now, restored))
+        return EditResult(restored, ended_by_restore(now, restored))
     later = since(tx, of.id, edited.number, current.number)
     if later is None or before.grid != edited.grid:
         raise ChangedSince(f"Too much has changed since version {edited.number}; restore an older one instead.")
@@ -119,7 +119,7 @@ def restore_version(
         restored, now = confirm(decode_map(row.document, ids_of(of))), clock.now(tx)
         new = new_version(
             restored,
-            retired=_ended_by_restore(decode_map(current.document), restored),
+            retired=ended_by_restore(decode_map(current.document), restored),
             parent=head,
             cause="restore",
             mission=row.mission,
@@ -216,7 +216,7 @@ def _preview(of: MapRow, row: VersionRow, result: EditResult, caller: Principal)
     return api.EditPreview.model_validate(_fields(of, preview, result) | grid | {"made": made})
 
 
-def _ended_by_restore(current: SemanticMap, restored: SemanticMap) -> Mapping[str, str | None]:
+def ended_by_restore(current: SemanticMap, restored: SemanticMap) -> Mapping[str, str | None]:
     """Rooms that the restored version does not have -> the room of it that they were split from, where they were."""
     living = {r.id for r in restored.rooms}
     return {r.id: r.derived_from if r.derived_from in living else None for r in current.rooms if r.id not in living}

@@ -1,7 +1,7 @@
 """What happened to the maps that somebody may see."""
 
 from stillroom.documents import api
-from stillroom.service.accounts import Principal, visible_to
+from stillroom.service.access import Principal, visible_to
 from stillroom.store import events, robots
 from stillroom.store.database import Database
 

@@ -11,7 +11,7 @@ from stillroom.maps.geometry import fit_pose
 from stillroom.maps.motion import IDENTITY, Motion
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.comparison import compare
-from stillroom.service.accounts import Principal
+from stillroom.service.access import Principal
 from stillroom.service.edits import restore_version
 from stillroom.service.frames import motion_between
 from stillroom.service.maps import find_in_force, find_map, find_version, map_summary, version_item

@@ -9,7 +9,7 @@ from stillroom.documents.missions import stored_meta
 from stillroom.documents.stored import decode_map
 from stillroom.errors import NotFound
 from stillroom.maps.semantics import SemanticMap
-from stillroom.service.accounts import Principal, visible_to
+from stillroom.service.access import Principal, visible_to
 from stillroom.service.paging import page_of
 from stillroom.store import maps, missions, robots
 from stillroom.store.database import Database, Transaction

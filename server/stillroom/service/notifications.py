@@ -17,7 +17,7 @@ from stillroom.documents.notifications import (
     PushSubscriptionDocument,
 )
 from stillroom.errors import Fault, InvalidInput, NotFound, TooMany, Unavailable
-from stillroom.service.accounts import Owner, Principal
+from stillroom.service.access import Person, Principal
 from stillroom.service.messages.keys import VapidKey, decode_base64url, link_key, vapid_key
 from stillroom.service.messages.links import read
 from stillroom.service.messages.outbound import check_url
@@ -206,7 +206,7 @@ def _settings(
             "available": messaging.mail is not None,
             "address": address and address.address,
             "confirmed": address is not None and address.confirmed_at is not None,
-            "suggested": caller.email if isinstance(caller, Owner) else None,
+            "suggested": caller.email if isinstance(caller, Person) else None,
             "kinds": chosen.get("email", KINDS),
             "trouble": None if address is None else deliveries.trouble(tx, address.id),
         }

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from stillroom.errors import AlreadyDecided, NotParked
-from stillroom.service.accounts import Principal, signature
+from stillroom.service.access import Principal, signature
 from stillroom.service.missions import find_mission
 from stillroom.store import clock, conflicts, events, lanes, maps, missions
 from stillroom.store.conflicts import Ending

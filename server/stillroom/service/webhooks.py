@@ -14,8 +14,8 @@ from stillroom.documents.notifications import (
     WebhookType,
     WebhookWithSecret,
 )
-from stillroom.errors import Fault, Forbidden, InvalidInput, NotFound
-from stillroom.service.accounts import Operator, Principal, Robot, signature
+from stillroom.errors import Fault, InvalidInput, NotFound
+from stillroom.service.access import Principal, authorise_service, signature
 from stillroom.service.messages.announcing import webhook_body
 from stillroom.service.messages.outbound import check_url
 from stillroom.service.paging import page_of
@@ -37,8 +37,8 @@ def add_webhook(database: Database, caller: Principal, new: NewWebhook, outbound
     """Raises InvalidInput, and Forbidden for who may not."""
     person = owner_of(caller)
     fleet = new.scope == "fleet"
-    if fleet and not isinstance(caller, Operator):
-        raise Forbidden("Only an operator may be told about the whole fleet.")
+    if fleet:
+        authorise_service(caller, "fleet messages")
     check_url(new.url, outbound, "/url")
     secret = new_secret()
     with database.write() as tx:
@@ -149,8 +149,7 @@ def replay(database: Database, caller: Principal, key: str, delivery_id: int) ->
 
 def owner_of(caller: Principal) -> str:
     """Whose messages the caller decides about. Raises Forbidden: robots get none."""
-    if isinstance(caller, Robot):
-        raise Forbidden("A robot is sent no messages: it hears of its maps from the answers to its own requests.")
+    authorise_service(caller, "messages")
     return signature(caller)
 
 

@@ -5,7 +5,7 @@ from datetime import datetime
 
 import sqlalchemy as sa
 
-from stillroom.store import deliveries
+from stillroom.store import deliveries, robots
 from stillroom.store.database import Transaction, tell
 from stillroom.store.hints import Hint
 from stillroom.store.robots import Selection
@@ -30,10 +30,11 @@ def add(tx: Transaction, of: MapRow, happened: Sequence[Happened], now: datetime
     So their events are committed in the order of their ids, and who has seen one has missed none before it.
     """
     if tx.dialect.name == "postgresql":  # on SQLite there is one writer at a time
-        owner = sa.func.coalesce(robot.c.owner, "")
-        seen_by_the_same = sa.func.pg_advisory_xact_lock(sa.func.hashtextextended(owner, _LOCK))
-        tx.execute(sa.select(seen_by_the_same).where(robot.c.id == of.robot_id))
-    same = {"robot_id": of.robot_id, "map_id": of.id, "created_at": now}
+        for person in robots.followers(tx, of.robot_id):
+            tx.execute(sa.select(sa.func.pg_advisory_xact_lock(sa.func.hashtextextended(person, _LOCK))))
+    # Not as it was read before: the map's owner may have kept it when the robot was given up.
+    robot_id = tx.execute(sa.select(map_.c.robot_id).where(map_.c.id == of.id)).scalar_one()
+    same = {"robot_id": robot_id, "map_id": of.id, "created_at": now}
     made = sa.insert(event).returning(event.c.id, sort_by_parameter_order=True)
     rows = [same | {"kind": kind, "data": data} for kind, data in happened]
     numbers = tx.execute(made, rows).scalars().all()

@@ -1,13 +1,13 @@
-"""Robots, and the sessions and sign-in links of people."""
+"""Robots: whose they are, and how they change hands."""
 
-from collections.abc import Sequence
-from datetime import datetime
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import sqlalchemy as sa
 
 from stillroom.store.database import Transaction, insert_unless_there
 from stillroom.store.rows import RobotRow, as_row, as_row_or_none, columns
-from stillroom.store.tables import login_link, robot, session
+from stillroom.store.tables import account, map_, membership, metadata, robot
 
 Selection = sa.ColumnElement[bool]
 """A condition that selects robots."""
@@ -26,6 +26,8 @@ def add(tx: Transaction, row: RobotRow, token_hash: str, claim_code_hash: str) -
             "owner": row.owner,
             "created_at": row.created_at,
             "token_hash": token_hash,
+            "token_made_at": None if row.kept_from else row.created_at,
+            "kept_from": row.kept_from,
             "claim_code_hash": claim_code_hash,
         },
     )
@@ -50,6 +52,20 @@ def owned_by(owner: str | None) -> Selection:
     return robot.c.owner.is_(None) if owner is None else robot.c.owner == owner
 
 
+def in_homes_of(email: str) -> Selection:
+    """Which robots belong to homes that a person is a member or a viewer of."""
+    return robot.c.owner.in_(sa.select(membership.c.home).where(membership.c.email == email))
+
+
+def registered() -> Selection:
+    """Without what owners kept of robots that they gave up."""
+    return robot.c.kept_from.is_(None)
+
+
+def any_of(selections: Sequence[Selection]) -> Selection:
+    return sa.or_(sa.false(), *selections)
+
+
 def everything() -> Selection:
     return sa.true()
 
@@ -58,31 +74,49 @@ def is_robot(robot_id: str) -> Selection:
     return robot.c.id == robot_id
 
 
-def add_login_link(tx: Transaction, link_hash: str, owner: str | None, expires_at: datetime) -> None:
-    tx.execute(sa.insert(login_link).values(hash=link_hash, owner=owner, expires_at=expires_at))
+def by_claim_code(tx: Transaction, claim_code_hash: str) -> RobotRow | None:
+    """One that nobody owns; held until the transaction ends."""
+    theirs = robot.c.claim_code_hash == claim_code_hash, robot.c.owner.is_(None)
+    return as_row_or_none(RobotRow, tx.execute(_ROBOT.where(*theirs).with_for_update()).first())
 
 
-def use_login_link(tx: Transaction, link_hash: str, now: datetime) -> tuple[str | None] | None:
-    """The link's owner in a tuple, once; None where it was used, has expired or never was."""
-    used = (
-        sa.update(login_link)
-        .where(login_link.c.hash == link_hash, login_link.c.used_at.is_(None), login_link.c.expires_at > now)
-        .values(used_at=now)
-        .returning(login_link.c.owner)
-    )
-    row = tx.execute(used).first()
-    return None if row is None else (row.owner,)
+def lock(tx: Transaction, robot_id: str) -> RobotRow | None:
+    """Held until the transaction ends."""
+    return as_row_or_none(RobotRow, tx.execute(_ROBOT.where(robot.c.id == robot_id).with_for_update()).first())
 
 
-def add_session(tx: Transaction, session_hash: str, owner: str | None, now: datetime, expires_at: datetime) -> None:
-    tx.execute(sa.insert(session).values(hash=session_hash, owner=owner, created_at=now, expires_at=expires_at))
+def change(tx: Transaction, robot_id: str, values: Mapping[str, Any]) -> None:
+    tx.execute(sa.update(robot).where(robot.c.id == robot_id).values(dict(values)))
 
 
-def session_owner(tx: Transaction, session_hash: str, now: datetime) -> tuple[str | None] | None:
-    query = sa.select(session.c.owner).where(session.c.hash == session_hash, session.c.expires_at > now)
-    row = tx.execute(query).first()
-    return None if row is None else (row.owner,)
+def hand_over(tx: Transaction, robot_id: str, kept: str) -> int:
+    """All that is known of a robot is from now on known of another one, whatever table it is in. How many rows there were."""
+    columns_of_robots = [
+        column
+        for table in metadata.sorted_tables
+        for column in table.columns
+        if any(key.column is robot.c.id for key in column.foreign_keys)
+    ]
+    moved = 0
+    for column in columns_of_robots:
+        moved += tx.execute(sa.update(column.table).where(column == robot_id).values({column.name: kept})).rowcount
+    return moved
 
 
-def end_session(tx: Transaction, session_hash: str) -> None:
-    tx.execute(sa.delete(session).where(session.c.hash == session_hash))
+def remove(tx: Transaction, robot_id: str) -> None:
+    """One that nothing refers to."""
+    tx.execute(sa.delete(robot).where(robot.c.id == robot_id))
+
+
+def map_ids(tx: Transaction, robot_id: str) -> Sequence[int]:
+    return tx.execute(sa.select(map_.c.id).where(map_.c.robot_id == robot_id).order_by(map_.c.id)).scalars().all()
+
+
+def followers(tx: Transaction, robot_id: str) -> Sequence[str]:
+    """All whose streams of events show the robot, by name, in a fixed order; "" is whoever looks after what is nobody's."""
+    owner = tx.execute(sa.select(robot.c.owner).where(robot.c.id == robot_id)).scalar()
+    if owner is None:
+        operators = sa.select(account.c.email).where(account.c.duty == "operator")
+        return sorted({"", *tx.execute(operators).scalars()})
+    members = sa.select(membership.c.email).where(membership.c.home == owner)
+    return sorted({owner, *tx.execute(members).scalars()})

@@ -15,6 +15,12 @@ class RobotRow:
     name: str
     owner: str | None
     created_at: datetime
+    token_made_at: datetime | None = None
+    """None: it was revoked."""
+    released_at: datetime | None = None
+    """Its owner gave it up, and nobody has claimed it since."""
+    kept_from: str | None = None
+    """No robot, but what an owner kept of one that was given up."""
 
 
 @dataclass(frozen=True)

@@ -41,8 +41,11 @@ robot = sa.Table(
     sa.Column("name", sa.String(200), nullable=False),
     sa.Column("owner", sa.String(320), index=True),
     sa.Column("token_hash", sa.String(64), nullable=False, unique=True),
-    sa.Column("claim_code_hash", sa.String(64), nullable=False),
+    sa.Column("claim_code_hash", sa.String(64), nullable=False, index=True),
     sa.Column("created_at", UtcDateTime, nullable=False),
+    sa.Column("token_made_at", UtcDateTime),  # null: it was revoked, and `token_hash` is nobody's
+    sa.Column("released_at", UtcDateTime),  # its owner gave it up, and nobody has claimed it since
+    sa.Column("kept_from", sa.String(64)),  # the robot whose maps these were until its owner gave it up
 )
 
 map_ = sa.Table(
@@ -228,22 +231,80 @@ event = sa.Table(
 )
 sa.Index("ix_event_robot_id_id", event.c.robot_id, event.c.id)
 
+account = sa.Table(
+    "account",
+    metadata,
+    sa.Column("email", sa.String(320), primary_key=True),  # in lower case
+    sa.Column("key", sa.String(40), nullable=False, unique=True),  # what the API calls it
+    sa.Column("password_hash", sa.Text),  # null: signs in otherwise
+    sa.Column("duty", sa.String(16)),  # operator or engineer; null: neither
+    sa.Column("issuer", sa.String(300)),  # OpenID Connect: whose word this person signed in by first, and
+    sa.Column("subject", sa.String(255)),  # who they are there; no other may take the e-mail address for theirs
+    sa.Column("created_at", UtcDateTime, nullable=False),
+    sa.Column("disabled_at", UtcDateTime),
+)
+
 session = sa.Table(
     "session",
     metadata,
     sa.Column("hash", sa.String(64), primary_key=True),
-    sa.Column("owner", sa.String(320)),  # null: an operator's
+    sa.Column("key", sa.String(40), nullable=False, unique=True),
+    sa.Column("email", sa.String(320), index=True),  # null: an operator who has no account
+    sa.Column("way", sa.String(16), nullable=False),  # how this browser was signed in
+    sa.Column("agent", sa.String(300), nullable=False),  # what the browser says it is
     sa.Column("created_at", UtcDateTime, nullable=False),
+    sa.Column("seen_at", UtcDateTime, nullable=False),
     sa.Column("expires_at", UtcDateTime, nullable=False),
 )
 
-login_link = sa.Table(
-    "login_link",
+link = sa.Table(
+    "link",  # works once
     metadata,
     sa.Column("hash", sa.String(64), primary_key=True),
-    sa.Column("owner", sa.String(320)),  # null: an operator's
+    sa.Column("key", sa.String(40), nullable=False, unique=True),
+    sa.Column("purpose", sa.String(16), nullable=False),
+    sa.Column("email", sa.String(320), index=True),  # null: an operator who has no account
+    sa.Column("home", sa.String(320), index=True),  # whose home it is that somebody is invited to
+    sa.Column("role", sa.String(16)),  # in that home
+    sa.Column("duty", sa.String(16)),
+    sa.Column("made_by", sa.String(400)),
+    sa.Column("created_at", UtcDateTime, nullable=False),
     sa.Column("expires_at", UtcDateTime, nullable=False),
     sa.Column("used_at", UtcDateTime),
+)
+
+membership = sa.Table(
+    "membership",  # of people in homes that are not theirs
+    metadata,
+    sa.Column("id", BigId, primary_key=True),
+    sa.Column("key", sa.String(40), nullable=False, unique=True),
+    sa.Column("home", sa.String(320), nullable=False),  # whose it is
+    sa.Column("email", sa.String(320), nullable=False, index=True),
+    sa.Column("role", sa.String(16), nullable=False),
+    sa.Column("since", UtcDateTime, nullable=False),
+    sa.UniqueConstraint("home", "email"),
+)
+
+api_token = sa.Table(
+    "api_token",  # of people, for their programs
+    metadata,
+    sa.Column("hash", sa.String(64), primary_key=True),
+    sa.Column("key", sa.String(40), nullable=False, unique=True),
+    sa.Column("email", sa.String(320), nullable=False, index=True),
+    sa.Column("name", sa.String(100), nullable=False),
+    sa.Column("scopes", sa.JSON, nullable=False),
+    sa.Column("created_at", UtcDateTime, nullable=False),
+    sa.Column("expires_at", UtcDateTime),
+    sa.Column("seen_at", UtcDateTime),
+)
+
+throttle = sa.Table(
+    "throttle",  # what was tried too often, by whom
+    metadata,
+    sa.Column("key", sa.String(64), primary_key=True),  # SHA-256 of what and by whom
+    sa.Column("count", sa.Integer, nullable=False),
+    sa.Column("open_at", UtcDateTime, nullable=False),  # nothing is let through before
+    sa.Column("forget_at", UtcDateTime, nullable=False, index=True),
 )
 
 preference = sa.Table(

@@ -8,7 +8,7 @@ import sqlalchemy as sa
 
 from stillroom.errors import AlreadyExists, NotFound
 from stillroom.pipeline.update import RESOLVERS
-from stillroom.service.accounts import Operator
+from stillroom.service.access import OPERATOR
 from stillroom.service.fleet import causes, inspector, rates
 from stillroom.service.fleet.counting import catch_up
 from stillroom.service.fleet.seeding import Seed, seed_fleet
@@ -41,7 +41,7 @@ def test_a_fleet_that_is_made_up_is_counted_like_any_other(database: Database, t
     asked = Asked("2026-10-01", "2026-11-22")
     missions = causes.missions(database, asked, None, False, None, 1000).items
     assert len(missions) == causes.causes(database, asked, None, 1000).missions
-    one, somebody = missions[0], Operator()
+    one, somebody = missions[0], OPERATOR
     assert inspector.numbers(database, somebody, one.robot, one.map, one.mission).outcome == one.outcome
     with pytest.raises(NotFound, match="no grid"):
         inspector.figure(Means(database, grids, RESOLVERS), somebody, one.robot, one.map, one.mission)

@@ -4,6 +4,26 @@
  */
 
 export interface paths {
+    "/api/v1/claims": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Claim
+         * @description Makes a robot one's own that is nobody's, by the code that came with it.
+         */
+        post: operations["claim_api_v1_claims_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/conflicts": {
         parameters: {
             query?: never;
@@ -560,6 +580,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/registry": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Registered
+         * @description All robots, whose they are, and nothing of their maps.
+         */
+        get: operations["list_registered_api_v1_registry_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/robots": {
         parameters: {
             query?: never;
@@ -567,11 +607,52 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** List Robots */
+        /**
+         * List Robots
+         * @description Those that the caller may see, with their maps.
+         */
         get: operations["list_robots_api_v1_robots_get"];
         put?: never;
         /** Add Robot */
         post: operations["add_robot_api_v1_robots_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/robots/{robot}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Show */
+        get: operations["show_api_v1_robots__robot__get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /** Change */
+        patch: operations["change_api_v1_robots__robot__patch"];
+        trace?: never;
+    };
+    "/api/v1/robots/{robot}/claim-code": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * New Code
+         * @description In place of one that was lost; of a robot that is nobody's.
+         */
+        post: operations["new_code_api_v1_robots__robot__claim_code_post"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1090,6 +1171,27 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/robots/{robot}/release": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Release
+         * @description Gives it up. Its maps stay with who gives it up, as a robot of another id that uploads nothing; whoever claims it next
+         *     begins without any. Until then it uploads nothing.
+         */
+        post: operations["release_api_v1_robots__robot__release_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/robots/{robot}/test": {
         parameters: {
             query?: never;
@@ -1106,6 +1208,30 @@ export interface paths {
         put: operations["mark_test_api_v1_robots__robot__test_put"];
         post?: never;
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/robots/{robot}/token": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * New Token
+         * @description The old one does not work any more.
+         */
+        post: operations["new_token_api_v1_robots__robot__token_post"];
+        /**
+         * Revoke Token
+         * @description Shuts the robot out; what it uploaded stays.
+         */
+        delete: operations["revoke_token_api_v1_robots__robot__token_delete"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1412,7 +1538,9 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "operator" | "robot" | "owner";
+            kind: "operator" | "engineer" | "robot" | "person";
+            /** May */
+            may: string[];
         };
         /**
          * CandidateDocument
@@ -1585,6 +1713,18 @@ export interface components {
             text: string;
             /** Value */
             value: number | null;
+        };
+        /** Claim */
+        Claim: {
+            /** Claim Code */
+            claim_code: string;
+        };
+        /** ClaimCode */
+        ClaimCode: {
+            /** Claim Code */
+            claim_code: string;
+            /** Robot */
+            robot: string;
         };
         /** ClutterFeature */
         ClutterFeature: {
@@ -1891,7 +2031,7 @@ export interface components {
              * Cause
              * @enum {string}
              */
-            cause: "created" | "mission" | "edit" | "decision" | "restore" | "import";
+            cause: "created" | "mission" | "edit" | "decision" | "restore" | "import" | "rollback";
             /** Cells */
             cells: string;
             /**
@@ -1965,7 +2105,7 @@ export interface components {
              * Cause
              * @enum {string}
              */
-            cause: "created" | "mission" | "edit" | "decision" | "restore" | "import";
+            cause: "created" | "mission" | "edit" | "decision" | "restore" | "import" | "rollback";
             /** Cells */
             cells: string;
             /**
@@ -2029,7 +2169,7 @@ export interface components {
              * Cause
              * @default null
              */
-            cause: ("created" | "mission" | "edit" | "decision" | "restore" | "import") | null;
+            cause: ("created" | "mission" | "edit" | "decision" | "restore" | "import" | "rollback") | null;
             /**
              * Conflict
              * @default null
@@ -2341,7 +2481,7 @@ export interface components {
              * Cause
              * @enum {string}
              */
-            cause: "created" | "mission" | "edit" | "decision" | "restore" | "import";
+            cause: "created" | "mission" | "edit" | "decision" | "restore" | "import" | "rollback";
             /** Cells */
             cells: string;
             /**
@@ -2798,7 +2938,7 @@ export interface components {
              */
             scope: "own" | "fleet";
             /** Types */
-            types?: ("conflict.opened" | "conflict.resolved" | "conflict.closed" | "mission.parked" | "map.updated" | "room.discovered")[] | null;
+            types?: ("conflict.opened" | "conflict.resolved" | "conflict.closed" | "mission.parked" | "map.updated" | "room.discovered" | "rollout.advanced" | "rollout.halted" | "rollout.successful" | "rollout.ended" | "alert.raised" | "alert.ended")[] | null;
             /** Url */
             url: string;
         };
@@ -2874,6 +3014,13 @@ export interface components {
         Page_ReplayedMission_: {
             /** Items */
             items: components["schemas"]["ReplayedMission"][];
+            /** Next */
+            next: string | null;
+        };
+        /** Page[RobotDocument] */
+        Page_RobotDocument_: {
+            /** Items */
+            items: components["schemas"]["RobotDocument"][];
             /** Next */
             next: string | null;
         };
@@ -3431,6 +3578,31 @@ export interface components {
             /** Survivor */
             survivor: string | null;
         };
+        /** RobotChange */
+        RobotChange: {
+            /** Name */
+            name: string;
+        };
+        /** RobotDocument */
+        RobotDocument: {
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Id */
+            id: string;
+            /** Kept From */
+            kept_from: string | null;
+            /** Name */
+            name: string;
+            /** Owner */
+            owner: string | null;
+            /** Released At */
+            released_at: string | null;
+            /** Token Made At */
+            token_made_at: string | null;
+        };
         /** RobotRow */
         RobotRow: {
             /** Ci95 */
@@ -3465,6 +3637,13 @@ export interface components {
             name: string;
             /** Owner */
             owner: string | null;
+        };
+        /** RobotToken */
+        RobotToken: {
+            /** Robot */
+            robot: string;
+            /** Token */
+            token: string;
         };
         /** RoomFeature */
         RoomFeature: {
@@ -3747,7 +3926,7 @@ export interface components {
              * Cause
              * @enum {string}
              */
-            cause: "created" | "mission" | "edit" | "decision" | "restore" | "import";
+            cause: "created" | "mission" | "edit" | "decision" | "restore" | "import" | "rollback";
             /**
              * Created At
              * Format: date-time
@@ -3838,7 +4017,7 @@ export interface components {
             /** Label */
             label?: string | null;
             /** Types */
-            types?: ("conflict.opened" | "conflict.resolved" | "conflict.closed" | "mission.parked" | "map.updated" | "room.discovered")[] | null;
+            types?: ("conflict.opened" | "conflict.resolved" | "conflict.closed" | "mission.parked" | "map.updated" | "room.discovered" | "rollout.advanced" | "rollout.halted" | "rollout.successful" | "rollout.ended" | "alert.raised" | "alert.ended")[] | null;
             /** Url */
             url?: string | null;
         };
@@ -3869,7 +4048,7 @@ export interface components {
              */
             scope: "own" | "fleet";
             /** Types */
-            types: ("conflict.opened" | "conflict.resolved" | "conflict.closed" | "mission.parked" | "map.updated" | "room.discovered")[];
+            types: ("conflict.opened" | "conflict.resolved" | "conflict.closed" | "mission.parked" | "map.updated" | "room.discovered" | "rollout.advanced" | "rollout.halted" | "rollout.successful" | "rollout.ended" | "alert.raised" | "alert.ended")[];
             /** Url */
             url: string;
         };
@@ -3902,7 +4081,7 @@ export interface components {
             /** Secret */
             secret: string;
             /** Types */
-            types: ("conflict.opened" | "conflict.resolved" | "conflict.closed" | "mission.parked" | "map.updated" | "room.discovered")[];
+            types: ("conflict.opened" | "conflict.resolved" | "conflict.closed" | "mission.parked" | "map.updated" | "room.discovered" | "rollout.advanced" | "rollout.halted" | "rollout.successful" | "rollout.ended" | "alert.raised" | "alert.ended")[];
             /** Url */
             url: string;
         };
@@ -3943,6 +4122,39 @@ export interface components {
 }
 export type $defs = Record<string, never>;
 export interface operations {
+    claim_api_v1_claims_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Claim"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     list_all_conflicts_api_v1_conflicts_get: {
         parameters: {
             query?: {
@@ -4990,6 +5202,38 @@ export interface operations {
             };
         };
     };
+    list_registered_api_v1_registry_get: {
+        parameters: {
+            query?: {
+                cursor?: string;
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_RobotDocument_"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     list_robots_api_v1_robots_get: {
         parameters: {
             query?: {
@@ -5042,6 +5286,103 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["CreatedRobot"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    show_api_v1_robots__robot__get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change_api_v1_robots__robot__patch: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RobotChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotDocument"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    new_code_api_v1_robots__robot__claim_code_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ClaimCode"];
                 };
             };
             /** @description Any error */
@@ -6120,6 +6461,37 @@ export interface operations {
             };
         };
     };
+    release_api_v1_robots__robot__release_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ClaimCode"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     show_test_api_v1_robots__robot__test_get: {
         parameters: {
             query?: never;
@@ -6174,6 +6546,66 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["TestRobot"];
                 };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    new_token_api_v1_robots__robot__token_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotToken"];
+                };
+            };
+            /** @description Any error */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    revoke_token_api_v1_robots__robot__token_delete: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Any error */
             default: {

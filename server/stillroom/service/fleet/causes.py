@@ -17,7 +17,7 @@ from stillroom.documents.fleet import (
 )
 from stillroom.documents.fleet import CauseRow as CauseItem
 from stillroom.errors import Fault, InvalidInput, NotFound
-from stillroom.service.accounts import Principal, signature
+from stillroom.service.access import Principal, signature
 from stillroom.service.fleet.counting import catch_up
 from stillroom.service.fleet.selecting import Asked, selection
 from stillroom.service.paging import page_of

@@ -14,7 +14,7 @@ from stillroom.documents.inspection import (
     ViewDocument,
 )
 from stillroom.errors import AlreadyDecided, AlreadyExists, Forbidden, GrantRequired, NotFound
-from stillroom.service.accounts import Operator, Owner, Principal, Robot, looking_after, signature, visible_to
+from stillroom.service.access import Principal, Robot, looking_after, may, signature
 from stillroom.service.paging import page_of
 from stillroom.store import clock, deliveries, grants, receivers, robots
 from stillroom.store.database import Database, Transaction
@@ -84,7 +84,7 @@ def list_grants(database: Database, caller: Principal, cursor: int | None, limit
     if isinstance(caller, Robot):
         raise Forbidden("Robots are not asked.")
     with database.read() as tx:
-        of = everything() if isinstance(caller, Operator) else visible_to(caller)
+        of = everything() if may(caller, "triage") else robots.owned_by(caller.email)
         rows, now = grants.page(tx, of, cursor, limit + 1), clock.now(tx)
     items, following = page_of(rows, limit, lambda row: str(row.id))
     return Page(items=[_document(row, now) for row in items], next=following)
@@ -168,7 +168,7 @@ def _find(tx: Transaction, key: str) -> GrantRow:
 
 def _owns(tx: Transaction, caller: Principal, row: GrantRow) -> bool:
     robot = robots.get(tx, row.robot_id)
-    return isinstance(caller, Owner) and robot is not None and robot.owner == caller.email
+    return not isinstance(caller, Robot) and robot is not None and robot.owner is not None and robot.owner == caller.email
 
 
 def _state(row: GrantRow, now: datetime) -> GrantState:

@@ -21,7 +21,7 @@ from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.transfer import track
 from stillroom.pipeline.update import MapUpdate
-from stillroom.service.accounts import Principal, signature
+from stillroom.service.access import Principal, signature
 from stillroom.service.fleet import grants
 from stillroom.service.gathering import Gathered, Timings, carry_over, gather_as_then
 from stillroom.service.maps import find_map, reading_of

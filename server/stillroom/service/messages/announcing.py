@@ -10,7 +10,7 @@ from functools import cache
 import structlog
 
 from stillroom.documents.notifications import WebhookType
-from stillroom.service.accounts import looking_after
+from stillroom.service.access import looking_after
 from stillroom.service.messages.news import News, news_of
 from stillroom.store import clock, deliveries, receivers
 from stillroom.store.database import Database, Transaction

@@ -1,0 +1,1 @@
+"""Accounts of people: how they get in, and what they have."""

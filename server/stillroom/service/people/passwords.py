@@ -1,0 +1,61 @@
+"""Passwords: what may be one, and how it is checked."""
+
+from threading import BoundedSemaphore
+
+from argon2 import PasswordHasher
+from argon2.exceptions import InvalidHashError, VerificationError
+
+from stillroom.errors import Fault, InvalidInput, Unavailable
+
+HASHER = PasswordHasher()
+"""argon2id with the package's parameters (RFC 9106's second recommendation): 64 MiB, some 0.1 s."""
+SHORTEST, LONGEST = 12, 1000
+_FEWEST_DIFFERENT = 5
+_AT_ONCE = BoundedSemaphore(4)
+"""Each takes a core and 64 MiB for as long as it lasts."""
+_PATIENCE_S = 5.0
+_OF_NOBODY = HASHER.hash("no password matches this: it is checked where there is no account, so that it takes as long")
+
+
+def hashed(password: str, email: str, pointer: str = "/password") -> str:
+    """Raises InvalidInput for a password that is guessed at once, and Unavailable."""
+    fault = _fault(password, email)
+    if fault is not None:
+        raise InvalidInput("This can't be a password.", (Fault(pointer, fault),))
+    with _turn():
+        return HASHER.hash(password)
+
+
+def matches(password_hash: str | None, password: str) -> bool:
+    """Takes as long where there is no password (None), and says no. Raises Unavailable."""
+    with _turn():
+        try:
+            HASHER.verify(password_hash or _OF_NOBODY, password)
+        except (VerificationError, InvalidHashError):
+            return False
+    return password_hash is not None
+
+
+def is_old(password_hash: str) -> bool:
+    """Whether it was made with other parameters than today's."""
+    return HASHER.check_needs_rehash(password_hash)
+
+
+def _fault(password: str, email: str) -> str | None:
+    if len(password) < SHORTEST:
+        return f"shorter than {SHORTEST} characters"
+    if len(set(password.lower())) < _FEWEST_DIFFERENT:
+        return "fewer than five different characters"
+    bare = password.lower().replace(" ", "")
+    if email and (bare in email or email.partition("@")[0] * 2 in bare or bare.replace(email, "") == ""):
+        return "the e-mail address"
+    return None
+
+
+class _turn:  # noqa: N801  # reads as a word
+    def __enter__(self) -> None:
+        if not _AT_ONCE.acquire(timeout=_PATIENCE_S):
+            raise Unavailable("Too many sign in just now.", 5)
+
+    def __exit__(self, *_: object) -> None:
+        _AT_ONCE.release()
