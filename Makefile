@@ -6,7 +6,7 @@ NPM := $(if $(shell npm --version 2>/dev/null | grep -E '^([1-9]|10)[.]'),npx --
 WEB_SOURCES := $(shell git ls-files web 2>/dev/null || find web -type f -not -path '*/node_modules/*')
 PORT ?= 8000
 
-.PHONY: help setup run test check bench bench-registration bench-browser bench-fleet bench-segmentation bench-updates fit-cuts client browser
+.PHONY: help setup run test check fuzz bench bench-registration bench-browser bench-fleet bench-segmentation bench-updates fit-cuts client browser
 
 help:  ## what can be made
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -26,6 +26,9 @@ check: setup  ## format, lint, types, import contracts, web checks: everything b
 
 test: check browser  ## everything that must hold
 	$(BIN)/pytest --numprocesses 2 --dist loadgroup
+
+fuzz: setup  ## ask the whole API, and feed every reader, with what nobody sends by mistake, for 10 minutes each
+	STILLROOM_FUZZ_S=600 $(BIN)/pytest tests/fuzz
 
 bench: setup  ## times of the pipeline's stages, of an upload over HTTP, and uploads a second
 	$(BIN)/stillroom bench

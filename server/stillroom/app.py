@@ -62,7 +62,6 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
         docs_url=None,
         redoc_url=None,
         lifespan=partial(_listening, parts),
-        responses=problems.RESPONSES,
     )
     app.state.parts = parts
     problems.install(app)

@@ -36,12 +36,6 @@ STATUS_CODES: dict[type[StillroomError], int] = {
     errors.Unavailable: 503,
 }
 MEDIA_TYPE = "application/problem+json"
-RESPONSES: dict[int | str, dict[str, object]] = {
-    "default": {
-        "description": "Any error",
-        "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}},
-    }
-}
 log = structlog.get_logger()
 router = APIRouter()
 
@@ -127,6 +121,8 @@ async def _http_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     if error.status_code == 413:
         return problem_of(errors.TooLarge(str(error.detail)))
+    if error.status_code == 400:  # bytes that are no UTF-8, or nesting without end
+        return problem_of(errors.InvalidInput("The body can't be read.", (Fault("", "no JSON that can be read"),)))
     if error.status_code == 405:
         error = _wrong_method(request)
     phrase = HTTPStatus(error.status_code).phrase
