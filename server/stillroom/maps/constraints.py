@@ -11,7 +11,7 @@ import numpy.typing as npt
 import shapely
 from shapely import LineString, MultiLineString
 
-from stillroom.maps.geometry import Points
+from stillroom.maps.geometry import Points, as_points
 from stillroom.maps.grid import OccupancyGrid, look_up
 from stillroom.maps.meta import MetaDivider
 from stillroom.maps.semantics import Divider, SemanticMap, Wall
@@ -36,7 +36,9 @@ Constraint = Callable[[SemanticMap, OccupancyGrid, float], Iterator[Violation]]
 
 
 def violations(semantic_map: SemanticMap, grid: OccupancyGrid, wall_reach_m: float) -> tuple[Violation, ...]:
-    """Everything in the map that breaks a constraint."""
+    """Everything in the map that breaks a constraint. Rooms that were not visited may reach beyond the grid."""
+    walls = [as_points(wall.line) for wall in semantic_map.walls]
+    grid = grid.covering(np.concatenate(walls)) if walls else grid
     return tuple(violation for constraint in CONSTRAINTS for violation in constraint(semantic_map, grid, wall_reach_m))
 
 
