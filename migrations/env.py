@@ -3,7 +3,7 @@
 from alembic import context
 
 from stillroom.settings import Settings
-from stillroom.store import fleet_tables  # noqa: F401  # tables of its own, of the same metadata
+from stillroom.store import fleet_tables, privacy_tables  # noqa: F401  # tables of their own, of the same metadata
 from stillroom.store.database import Database
 from stillroom.store.tables import metadata
 

@@ -168,7 +168,9 @@ def _find(tx: Transaction, key: str) -> GrantRow:
 
 def _owns(tx: Transaction, caller: Principal, row: GrantRow) -> bool:
     robot = robots.get(tx, row.robot_id)
-    return not isinstance(caller, Robot) and robot is not None and robot.owner is not None and robot.owner == caller.email
+    return (
+        not isinstance(caller, Robot) and robot is not None and robot.owner is not None and robot.owner == caller.email
+    )
 
 
 def _state(row: GrantRow, now: datetime) -> GrantState:
