@@ -6,7 +6,7 @@ NPM := $(if $(shell npm --version 2>/dev/null | grep -E '^([1-9]|10)[.]'),npx --
 WEB_SOURCES := $(shell git ls-files web 2>/dev/null || find web -type f -not -path '*/node_modules/*')
 PORT ?= 8000
 
-.PHONY: help setup run test check fuzz bench bench-registration bench-browser bench-fleet bench-segmentation bench-updates fit-cuts client browser
+.PHONY: help setup run test check fuzz bench bench-registration bench-browser bench-fleet bench-segmentation bench-updates fit-cuts load chaos soak client browser
 
 help:  ## what can be made
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -51,6 +51,9 @@ bench-updates: setup  ## rates of errors over 8,500 simulated missions, pictures
 
 bench-fleet: setup  ## a dashboard's questions about 1,000,000 missions of 10,000 robots, on both engines (some minutes)
 	$(BIN)/python -m tests.service.fleet.bench_fleet
+
+load: setup  ## missions a second, and what one costs, on PostgreSQL and an S3 store (LOAD="--rates 30 15 --seconds 60 …")
+	$(BIN)/python -m tests.load.load $(LOAD)
 
 client: setup  ## the web app's API client, generated from the service's OpenAPI document
 	cd web && $(NPM) run --silent client

@@ -57,7 +57,7 @@ class ObjectStore:
         data, known, log = self.folder / "data", self.folder / "ports.json", self.folder / "log"
         data.mkdir(exist_ok=True)
         if not known.exists():
-            known.write_text(json.dumps(dict(zip(_PORTS, _free_ports(len(_PORTS)), strict=True))))
+            known.write_text(json.dumps(dict(zip(_PORTS, free_ports(len(_PORTS)), strict=True))))
         with log.open("a") as output:
             streams = [(os.POSIX_SPAWN_DUP2, output.fileno(), stream) for stream in (1, 2)]
             pid = os.posix_spawn(program(), list(self._command(data)), os.environ, file_actions=streams, setsid=True)
@@ -76,6 +76,10 @@ class ObjectStore:
         with suppress(ChildProcessError):  # it is another process's child
             os.waitpid(pid, 0)
         self._pid_file.unlink()
+
+    @property
+    def pid(self) -> int:
+        return int(self._pid_file.read_text())
 
     def stop(self) -> None:
         if self._pid_file.exists():
@@ -134,7 +138,7 @@ def program() -> str:
     return path
 
 
-def _free_ports(count: int) -> list[int]:
+def free_ports(count: int) -> list[int]:
     probes = [socket.socket() for _ in range(count)]
     for probe in probes:
         probe.bind(("127.0.0.1", 0))

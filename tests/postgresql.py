@@ -8,12 +8,14 @@ import fcntl
 import os
 import pwd
 import shutil
+import signal
 import stat
 import subprocess
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
+from time import sleep
 
 import psycopg
 
@@ -31,9 +33,10 @@ SETTINGS = (
 class Server:
     """In a folder of its own; started by the first process that asks for it, stopped by the one that began the run."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, settings: Sequence[str] = SETTINGS) -> None:
         self._folder = folder
         self._data = folder / "data"
+        self._settings = settings
 
     def url(self, database: str) -> str:
         return f"postgresql://{USER}@/{database}?host={self._folder}"
@@ -55,6 +58,34 @@ class Server:
                 self._start()
             yield not runs
 
+    def restart(self) -> None:
+        """As an administrator does: connections are cut, what was committed is kept."""
+        self._run("pg_ctl", "stop", "-D", str(self._data), "-m", "fast", "-w")
+        self._run_server()
+
+    def kill(self) -> None:
+        """All its processes at once, as if the power had gone; `recover` starts it again."""
+        postmaster = int((self._data / "postmaster.pid").read_text().split()[0])
+        for pid in (postmaster, *children(postmaster)):
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+
+    def recover(self) -> None:
+        while any(Path(f"/proc/{pid}").exists() for pid in self._remains()):
+            sleep(0.05)
+        (self._data / "postmaster.pid").unlink(missing_ok=True)
+        self._run_server()
+
+    @property
+    def pid(self) -> int:
+        return int((self._data / "postmaster.pid").read_text().split()[0])
+
+    def _remains(self) -> Iterator[int]:
+        for status in Path("/proc").glob("[0-9]*/cmdline"):
+            with suppress(OSError):
+                if str(self._data).encode() in status.read_bytes() and int(status.parent.name) != os.getpid():
+                    yield int(status.parent.name)
+
     def stop(self) -> None:
         if (self._data / "postmaster.pid").exists():
             self._run("pg_ctl", "stop", "-D", str(self._data), "-m", "immediate", "-w")
@@ -65,7 +96,10 @@ class Server:
         if os.geteuid() == 0:
             os.chown(self._folder, _nobody().pw_uid, _nobody().pw_gid)
         self._run("initdb", "-D", str(self._data), "-U", USER, "-A", "trust", "-E", "UTF8", "--no-locale", "--no-sync")
-        options = " ".join(f"-c {setting}" for setting in SETTINGS)
+        self._run_server()
+
+    def _run_server(self) -> None:
+        options = " ".join(f"-c {setting}" for setting in self._settings)
         log = str(self._folder / "log")
         self._run("pg_ctl", "start", "-D", str(self._data), "-l", log, "-w", "-o", f"-k {self._folder} {options}")
 
@@ -105,6 +139,15 @@ def programs() -> Path | None:
         *(Path(place).resolve().parent for place in [shutil.which("initdb")] if place is not None),
     ]
     return next((folder for folder in found if (folder / "initdb").exists() and (folder / "pg_ctl").exists()), None)
+
+
+def children(pid: int) -> list[int]:
+    """Of one process (Linux)."""
+    found: list[int] = []
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        with suppress(OSError):
+            found += map(int, task.read_text().split())
+    return found
 
 
 def _open_to_all(folder: Path) -> bool:
