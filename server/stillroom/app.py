@@ -23,6 +23,7 @@ from stillroom.api import (
     notifications,
     problems,
     robots,
+    rollouts,
     schema,
     signing_in,
     web,
@@ -80,6 +81,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
         webhooks,
         fleet,
         inspection,
+        rollouts,
         health,
         problems,
     ):

@@ -100,6 +100,20 @@ class NotUnprocessed(StillroomError):
     title = "The mission was processed"
 
 
+class NotRunning(StillroomError):
+    """A rollout can't be led on, ended or taken back as it stands."""
+
+    slug = "not-running"
+    title = "The rollout is in another state"
+
+
+class GateNotPassed(StillroomError):
+    """A rollout does not go on by what its missions came to; `verdict` says how they were judged last."""
+
+    slug = "gate-not-passed"
+    title = "The rollout's gates are not passed"
+
+
 class PreconditionRequired(StillroomError):
     slug = "precondition-required"
     title = "If-Match is required"

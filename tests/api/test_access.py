@@ -118,6 +118,13 @@ OF_THE_SERVICE = {
     "GET /api/v1/fleet/replays/{replay}": "figures",
     "GET /api/v1/fleet/replays/{replay}/missions": "figures",
     "GET /api/v1/fleet/robots": "figures",
+    "GET /api/v1/fleet/rollouts": "figures",
+    "GET /api/v1/fleet/rollouts/{rollout}": "figures",
+    "GET /api/v1/fleet/rollouts/{rollout}/maps": "figures",
+    "POST /api/v1/fleet/rollouts": "triage",
+    "POST /api/v1/fleet/rollouts/{rollout}/advance": "triage",
+    "POST /api/v1/fleet/rollouts/{rollout}/end": "triage",
+    "POST /api/v1/fleet/rollouts/{rollout}/revert": "triage",
     "GET /api/v1/fleet/unprocessed": "figures",
     f"GET {INSPECTED}": "figures",
     f"GET {INSPECTED}/{{mission}}": "figures",
@@ -134,7 +141,7 @@ TOLD_APART_ELSEWHERE = {
 PUBLIC = {"GET /healthz", "GET /readyz", "GET /metrics"}
 NAMES = {
     "map": "ground", "version": "1", "other": "1", "room": "r1", "mission": "0", "conflict": "c1", "proposal": "p1",
-    "webhook": "webhook_1", "delivery": "1", "subscription": "push_1", "cause": "0" * 16, "replay": "again",
+    "webhook": "webhook_1", "delivery": "1", "subscription": "push_1", "cause": "0" * 16, "replay": "again", "rollout": "bare",
 }  # fmt: skip
 ANN = "ann@example.org"
 TARGETS = {"free": None, "anns": ANN, "bobs": "bob@example.org"}

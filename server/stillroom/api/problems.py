@@ -27,6 +27,8 @@ STATUS_CODES: dict[type[StillroomError], int] = {
     errors.ProposalOutdated: 409,
     errors.NotParked: 409,
     errors.NotUnprocessed: 409,
+    errors.NotRunning: 409,
+    errors.GateNotPassed: 409,
     errors.ChangedSince: 409,
     errors.PreconditionRequired: 428,
     errors.StaleVersion: 412,

@@ -10,8 +10,10 @@ from stillroom.documents.geojson import Document
 MessageKind = Literal["conflict", "parked", "room"]
 """A question about a map; which floor a mission belongs to; a room that is new."""
 WebhookType = Literal[
-    "conflict.opened", "conflict.resolved", "conflict.closed", "mission.parked", "map.updated", "room.discovered"
-]
+    "conflict.opened", "conflict.resolved", "conflict.closed", "mission.parked", "map.updated", "room.discovered",
+    "rollout.advanced", "rollout.halted", "rollout.successful", "rollout.ended", "alert.raised", "alert.ended",
+]  # fmt: skip
+"""Of rollouts and alerts programs of the whole fleet are told, and no others."""
 Language = Literal["en", "de"]
 DeliveryState = Literal["waiting", "delivered", "dead"]
 Label = Annotated[str, Field(max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]

@@ -18,7 +18,8 @@ from stillroom.pipeline.questions import is_discovery, is_door, neighbour_of
 from stillroom.pipeline.update import MapUpdate, ResolverName
 from stillroom.service import sightings
 from stillroom.service.conflicts import find_conflict
-from stillroom.service.gathering import Timings, carry_over, current_map, gather
+from stillroom.service.fleet.variants import variant_for
+from stillroom.service.gathering import Gathered, Timings, carry_over, current_map, gather
 from stillroom.service.maps import find_in_force, reading_of
 from stillroom.service.versions import ids_of
 from stillroom.store import clock, conflicts, maps, missions
@@ -34,6 +35,12 @@ class Means:
     database: Database
     grids: GridStore
     resolvers: Sequence[ResolverName]
+
+    def carry_over(self, gathered: Gathered, previous: SemanticMap | None, timings: Timings) -> MapUpdate:
+        """As the missions of that home are processed now."""
+        with self.database.read() as tx:
+            variant = variant_for(tx, gathered.of.robot_id, self.resolvers)
+        return carry_over(gathered, previous, self.grids, timings, variant.resolvers, variant.params)[0]
 
 
 @dataclass(frozen=True)
@@ -161,7 +168,7 @@ def _proposed(means: Means, asked: Asked, proposal: ProposalRow) -> tuple[Semant
             document, _ = conflicts.proposed_map(tx, proposal.sighting_id, proposal.name)
         return decode_map(document, ids_of(asked.of)), decode_motion(asked.conflict.motion)
     gathered = gather(means.database, asked.mission.id)
-    update, _ = carry_over(gathered, gathered.previous, means.grids, Timings(), means.resolvers)
+    update = means.carry_over(gathered, gathered.previous, Timings())
     found = _same_proposal(update, asked, proposal)
     if found is None:
         raise ProposalOutdated(
@@ -184,11 +191,11 @@ def _annotated(means: Means, asked: Asked, made_by: str, request: DecisionReques
     gathered = gather(means.database, asked.mission.id)
     previous = gathered.previous
     assert previous is not None
-    without, _ = carry_over(gathered, previous, means.grids, Timings(), means.resolvers)
+    without = means.carry_over(gathered, previous, Timings())
     if without.motion is None:
         raise InvalidInput(f"Lines don't help here. {without.reason}", (Fault("/response", "nothing to draw on"),))
     drawn = annotated(previous, request.dividers, without.motion)
-    update, _ = carry_over(gathered, drawn, means.grids, Timings(), means.resolvers)
+    update = means.carry_over(gathered, drawn, Timings())
     _check_lines(update, [divider.id for divider in drawn.dividers[len(previous.dividers) :]], request)
     if not update.taken:
         raise InvalidInput(

@@ -8,7 +8,6 @@ from datetime import datetime
 from functools import partial
 from threading import Event, Thread
 
-from stillroom import __version__
 from stillroom.documents.grids import read_grid
 from stillroom.documents.stored import encode_motion
 from stillroom.errors import Unavailable
@@ -17,9 +16,10 @@ from stillroom.pipeline.review import hold_back
 from stillroom.pipeline.update import RESOLVERS, MapUpdate, ResolverName
 from stillroom.service import sightings
 from stillroom.service.candidates import Question, ask
+from stillroom.service.fleet.variants import Part, Variant, variant_for
 from stillroom.service.gathering import Gathered, Timings, carry_over, gather
 from stillroom.service.versions import new_version
-from stillroom.store import clock, events, lanes, maps, missions
+from stillroom.store import clock, events, lanes, maps, missions, rollouts
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
 from stillroom.store.rows import Json
@@ -39,7 +39,9 @@ def process_next(database: Database, grids: GridStore, resolvers: Sequence[Resol
     with _renewed(database, claim):
         give_up = claim.attempts > MAX_ATTEMPTS
         process = (
-            partial(_give_up, database, claim) if give_up else partial(_process, database, grids, claim, resolvers)
+            partial(_give_up, database, claim, resolvers)
+            if give_up
+            else partial(_process, database, grids, claim, resolvers)
         )
         # A person may have edited the map meanwhile: then the mission is carried over from the edited map.
         try:
@@ -52,31 +54,41 @@ def process_next(database: Database, grids: GridStore, resolvers: Sequence[Resol
     return claim.map_id
 
 
-def _give_up(database: Database, claim: lanes.Claim) -> bool:
+def _give_up(database: Database, claim: lanes.Claim, resolvers: Sequence[ResolverName]) -> bool:
     gathered = gather(database, claim.mission_id)
+    variant = _variant(database, gathered, resolvers)
     reason = f"Processing ended the worker {MAX_ATTEMPTS} times; the mission is kept and was not taken."
     stack = f"WorkerDied: processing ended the worker {MAX_ATTEMPTS} times"
-    return _commit(database, claim, gathered, None, _failure(gathered, reason, Timings(), stack))
+    return _commit(database, claim, gathered, variant, None, _failure(gathered, variant, reason, Timings(), stack))
 
 
 def _process(database: Database, grids: GridStore, claim: lanes.Claim, resolvers: Sequence[ResolverName]) -> bool:
     """False where the version in force changed meanwhile."""
     gathered = gather(database, claim.mission_id)
+    variant = _variant(database, gathered, resolvers)
     timings = Timings()
     try:
         with timings("total"):
-            update, warnings = carry_over(gathered, gathered.previous, grids, timings, resolvers)
+            update, warnings = carry_over(
+                gathered, gathered.previous, grids, timings, variant.resolvers, variant.params
+            )
             update = _put_to_people(gathered, update)
             question = _question(database, gathered, grids, timings) if update.outcome == "parked" else None
     except Unavailable:
         raise
     except Exception:
         reason = "Processing failed; the mission is kept and was not taken."
-        return _commit(database, claim, gathered, None, _failure(gathered, reason, timings, traceback.format_exc()))
-    found = _finding(gathered, update, warnings, timings)
+        failure = _failure(gathered, variant, reason, timings, traceback.format_exc())
+        return _commit(database, claim, gathered, variant, None, failure)
+    found = _finding(gathered, variant, update, warnings, timings)
     if question is not None:
         found = replace(found, result=found.result | question.as_json(), reason=f"{found.reason} {question.advice}")
-    return _commit(database, claim, gathered, update, found)
+    return _commit(database, claim, gathered, variant, update, found)
+
+
+def _variant(database: Database, gathered: Gathered, resolvers: Sequence[ResolverName]) -> Variant:
+    with database.read() as tx:
+        return variant_for(tx, gathered.of.robot_id, resolvers)
 
 
 def _put_to_people(gathered: Gathered, update: MapUpdate) -> MapUpdate:
@@ -98,7 +110,9 @@ def _question(database: Database, gathered: Gathered, grids: GridStore, timings:
         return ask(database, gathered.of, gathered.current, gathered.mission, grid)
 
 
-def _finding(gathered: Gathered, update: MapUpdate, warnings: tuple[str, ...], timings: Timings) -> missions.Finding:
+def _finding(
+    gathered: Gathered, variant: Variant, update: MapUpdate, warnings: tuple[str, ...], timings: Timings
+) -> missions.Finding:
     late = gathered.is_late
     ablation = update.ablation
     result: Json = {
@@ -113,7 +127,7 @@ def _finding(gathered: Gathered, update: MapUpdate, warnings: tuple[str, ...], t
         reason="A newer mission was processed before this one; it changes nothing." if late else update.reason,
         base_version=head,
         version=head,
-        algorithm=__version__,
+        algorithm=variant.algorithm,
         succeeded_at=None if late else update.succeeded_at,
         ablation=(
             None if late or ablation is None else (ablation.transfer, ablation.meta_occupancy, ablation.meta_dividers)
@@ -122,16 +136,17 @@ def _finding(gathered: Gathered, update: MapUpdate, warnings: tuple[str, ...], t
     )
 
 
-def _failure(gathered: Gathered, reason: str, timings: Timings, stack: str) -> missions.Finding:
+def _failure(gathered: Gathered, variant: Variant, reason: str, timings: Timings, stack: str) -> missions.Finding:
     head = gathered.of.head
     result: Json = {"timings_ms": timings.ms}
-    return missions.Finding("reverted", reason, head, head, __version__, None, None, result, stack)
+    return missions.Finding("reverted", reason, head, head, variant.algorithm, None, None, result, stack)
 
 
 def _commit(
     database: Database,
     claim: lanes.Claim,
     gathered: Gathered,
+    variant: Variant,
     update: MapUpdate | None,
     found: missions.Finding,
 ) -> bool:
@@ -146,8 +161,10 @@ def _commit(
         now = clock.now(tx)
         taken = update is not None and update.taken and not gathered.is_late
         if update is not None and taken:
-            found = replace(found, version=_add_version(tx, gathered, update, now))
+            found = replace(found, version=_add_version(tx, gathered, variant, update, now))
         missions.finish(tx, mission.id, found, now)
+        if variant.part is not None:
+            _note_part(tx, variant.part, gathered, found)
         if gathered.parked is None:
             maps.note_processed(tx, of.id, mission.epoch, mission.sequence)
         lanes.release(tx, of.id)
@@ -165,7 +182,15 @@ def _met(gathered: Gathered, update: MapUpdate | None) -> sightings.Met | None:
     return sightings.meet(gathered.of, gathered.mission, gathered.made_by, gathered.previous, update)
 
 
-def _add_version(tx: Transaction, gathered: Gathered, update: MapUpdate, now: datetime) -> int:
+def _note_part(tx: Transaction, part: Part, gathered: Gathered, found: missions.Finding) -> None:
+    """That the mission is one of a rollout. What carries nothing over, or came late, can't be compared."""
+    comparable = gathered.previous is not None and gathered.parked is None and found.outcome != "superseded"
+    is_to_run = part.is_beside and comparable
+    if is_to_run or not part.is_beside:
+        rollouts.add_mission(tx, part.rollout_id, gathered.mission.id, part.stage, part.candidate, is_to_run)
+
+
+def _add_version(tx: Transaction, gathered: Gathered, variant: Variant, update: MapUpdate, now: datetime) -> int:
     of, mission = gathered.of, gathered.mission
     new = new_version(
         update.map,
@@ -177,6 +202,7 @@ def _add_version(tx: Transaction, gathered: Gathered, update: MapUpdate, now: da
         grid=mission.grid,
         frame_from=of.head,
         motion=encode_motion(update.motion),
+        algorithm=variant.algorithm,
     )
     return maps.add_version(tx, of.id, new, now)
 

@@ -28,13 +28,14 @@ def new_version(
     grid: str,
     frame_from: int | None,
     motion: Json | None,
+    algorithm: str = __version__,
 ) -> maps.NewVersion:
     return maps.NewVersion(
         parent=parent,
         cause=cause,
         mission=mission,
         made_by=made_by,
-        algorithm=__version__,
+        algorithm=algorithm,
         grid=grid,
         frame_from=frame_from,
         motion=motion,

@@ -29,6 +29,8 @@ from stillroom.errors import Unavailable
 from stillroom.pipeline.update import ResolverName
 from stillroom.service.decisions import AT_ONCE, expire
 from stillroom.service.fleet.counting import catch_up
+from stillroom.service.fleet.judging import judge
+from stillroom.service.fleet.shadowing import run_next_beside
 from stillroom.service.messages.messenger import Messenger
 from stillroom.service.processing import process_next
 from stillroom.settings import Messaging
@@ -68,7 +70,7 @@ def run_worker(
         try:
             if monotonic() - swept >= SWEEP_S and not _sweep(database):
                 swept = monotonic()
-            if process_next(database, grids, resolvers) is not None:
+            if process_next(database, grids, resolvers) is not None or run_next_beside(database, grids):
                 continue
             pause = _until_next(database)
         except Unavailable as error:
@@ -116,6 +118,7 @@ def _sweep(database: Database) -> bool:
     """Whether there may be more to sweep at once."""
     try:
         uncounted = catch_up(database)
+        judge(database)
         return expire(database) == AT_ONCE or uncounted > 0
     except Exception:
         log.exception("deadlines and the fleet's figures could not be looked at; missions go on")

@@ -11,7 +11,8 @@ from stillroom.__main__ import main
 from stillroom.errors import AlreadyExists, InvalidInput, NotFound
 from stillroom.service import gathering
 from stillroom.service.fleet import replaying
-from stillroom.service.fleet.replaying import Replay, parameters
+from stillroom.service.fleet.replaying import Replay
+from stillroom.service.fleet.variants import parameters
 from tests.conftest import RobotCaller, Service
 from tests.homes import changed, home
 

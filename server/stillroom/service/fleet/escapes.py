@@ -60,7 +60,7 @@ def _taken_before(tx: Transaction, made: VersionHead) -> Iterator[_Taken]:
             if found is not None and found[1] in TAKEN:
                 yield _Taken(found[0], head)
         # what was in force between a version and its restoring is not in the map any more
-        number = head.frame_from if head.cause == "restore" else head.parent
+        number = head.frame_from if head.cause in ("restore", "rollback") else head.parent
 
 
 def _layout(tx: Transaction, head: VersionHead) -> frozenset[str]:

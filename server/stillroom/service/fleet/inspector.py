@@ -23,7 +23,7 @@ from stillroom.pipeline.transfer import track
 from stillroom.pipeline.update import MapUpdate
 from stillroom.service.access import Principal, signature
 from stillroom.service.fleet import grants
-from stillroom.service.gathering import Gathered, Timings, carry_over, gather_as_then
+from stillroom.service.gathering import Gathered, Timings, gather_as_then
 from stillroom.service.maps import find_map, reading_of
 from stillroom.service.missions import find_mission
 from stillroom.service.paging import page_of
@@ -111,7 +111,7 @@ def figure(means: Means, caller: Principal, robot_id: str, map_name: str, key: s
     pixels = _pixels(means, row)
     gathered, timings = gather_as_then(means.database, row.id), Timings()
     with timings("total"):
-        update, _ = carry_over(gathered, gathered.previous, means.grids, timings, means.resolvers)
+        update = means.carry_over(gathered, gathered.previous, timings)
     grid = read_grid(pixels, gathered.meta.reading())
     tracked = _tracked(gathered, update, grid)
     moved = None

@@ -5,23 +5,22 @@ Maps are spread over processes; what was run is kept, so that a replay that was 
 """
 
 import os
-import time
-import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import islice
 from multiprocessing import get_context
-from typing import Any, get_args
+from typing import Any
 
 import cv2
 
 from stillroom import __version__
-from stillroom.errors import AlreadyExists, Fault, InvalidInput, NotFound
-from stillroom.pipeline.params import PARAMS, Params
+from stillroom.errors import AlreadyExists, InvalidInput, NotFound
+from stillroom.pipeline.params import Params
 from stillroom.pipeline.update import RESOLVERS, ResolverName
-from stillroom.service.gathering import Timings, carry_over, gather_as_then
+from stillroom.service.fleet.rerunning import rerun
+from stillroom.service.fleet.variants import parameters, resolvers_named
 from stillroom.store import clock, replays
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
@@ -54,33 +53,6 @@ class _Job:
     missions: tuple[int, ...]
     resolvers: tuple[ResolverName, ...]
     params: Params
-
-
-def parameters(changed: Mapping[str, Any]) -> Params:
-    """Raises InvalidInput for a parameter that there is not, or whose value is of another type."""
-    known = {one.name: getattr(PARAMS, one.name) for one in fields(Params)}
-    faults = []
-    values: dict[str, Any] = {}
-    for name, value in changed.items():
-        if name not in known:
-            faults.append(Fault(f"/params/{name}", "no such parameter"))
-        elif not _fits(value, known[name]):
-            faults.append(Fault(f"/params/{name}", f"must be like {known[name]!r}"))
-        else:
-            values[name] = tuple(value) if isinstance(known[name], tuple) else type(known[name])(value)
-    if faults:
-        raise InvalidInput("These parameters can't be used.", tuple(faults))
-    return replace(PARAMS, **values)
-
-
-def _fits(value: Any, like: Any) -> bool:
-    if isinstance(like, tuple):
-        return isinstance(value, list | tuple) and len(value) == len(like) and all(map(_fits, value, like))
-    if isinstance(like, bool) or isinstance(value, bool):
-        return isinstance(like, bool) and isinstance(value, bool)
-    if isinstance(like, int):
-        return isinstance(value, int)
-    return isinstance(value, int | float) and abs(value) < float("inf") if isinstance(like, float) else False
 
 
 def start(database: Database, what: Replay, resume: bool) -> tuple[ReplayRow, list[list[int]]]:
@@ -129,8 +101,7 @@ def run(
     """Runs what is left; `tell` is told how many missions are done, of how many. Raises InvalidInput for another algorithm version."""
     if row.algorithm != __version__:
         raise InvalidInput(f"The replay was begun with the algorithm {row.algorithm}; this is {__version__}.")
-    chosen = tuple(name for name in get_args(ResolverName) if name in row.resolvers)
-    params = parameters(row.params)
+    chosen, params = resolvers_named(row.resolvers), parameters(row.params)
     url = database.url.render_as_string(hide_password=False)
     jobs = (
         _Job(url, grid_store_url, row.id, tuple(chunk), chosen, params)
@@ -172,14 +143,5 @@ def _run_job(job: _Job) -> list[Result]:
 
 
 def _run_mission(database: Database, grids: GridStore, job: _Job, mission_id: int) -> Result:
-    """Where processing fails, nothing is taken; that, too, is a result."""
-    began = time.perf_counter()
-    try:
-        gathered = gather_as_then(database, mission_id)
-        update, _ = carry_over(gathered, gathered.previous, grids, Timings(), job.resolvers, job.params)
-    except Exception:
-        ms = (time.perf_counter() - began) * 1000
-        return Result(job.replay_id, mission_id, "reverted", False, False, False, False, ms, traceback.format_exc())
-    ms, found = (time.perf_counter() - began) * 1000, update.ablation
-    rows = (False, False, False) if found is None else (found.transfer, found.meta_occupancy, found.meta_dividers)
-    return Result(job.replay_id, mission_id, update.outcome, update.taken, *rows, ms)
+    found = rerun(database, grids, mission_id, job.resolvers, job.params)
+    return Result(job.replay_id, mission_id, found.outcome, found.taken, *found.rows, found.ms, found.error)

@@ -11,6 +11,15 @@ from stillroom.store import clock, conflicts, grants, missions
 from stillroom.store.database import Database
 from stillroom.store.rows import ConflictRow, DeliveryRow
 
+OF_THE_SERVICE = (
+    "rollout.advanced",
+    "rollout.halted",
+    "rollout.successful",
+    "rollout.ended",
+    "alert.raised",
+    "alert.ended",
+)
+
 
 @dataclass(frozen=True)
 class Topic:
@@ -35,6 +44,8 @@ def topics(database: Database, deliveries: Sequence[DeliveryRow], public_url: st
                 topic: Topic | None = _test(delivery, public_url, words)
             case "grant":
                 topic = _grant(database, delivery, public_url, words)
+            case kind if kind in OF_THE_SERVICE:
+                topic = _service(delivery, public_url, words)
             case _:
                 topic = _topic(database, delivery, public_url, words)
         if topic is not None:
@@ -55,6 +66,13 @@ def _grant(database: Database, delivery: DeliveryRow, public_url: str, words: Wo
     title, text = words.grant
     said = text.format(robot=row.robot_id, hours=row.hours, reason=row.reason, when=words.day(row.expires_at))
     return Topic(delivery, title, said, f"{public_url}/access/{row.key}", None)
+
+
+def _service(delivery: DeliveryRow, public_url: str, words: Words) -> Topic:
+    """A rollout or a rate, to those who run the service."""
+    title, text = words.service[delivery.kind]
+    about = {name: words.figure(value) for name, value in delivery.content.items()}
+    return Topic(delivery, title.format(**about), text.format(**about), f"{public_url}{delivery.content['page']}", None)
 
 
 def _topic(database: Database, delivery: DeliveryRow, public_url: str, words: Words) -> Topic | None:

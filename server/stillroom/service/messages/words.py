@@ -26,6 +26,8 @@ class Words:
     date: str
     months: tuple[str, ...]
     """Empty: numbers do."""
+    point: str
+    """In decimal numbers."""
     confirm: str
     confirm_said: str
     confirm_open: str
@@ -39,6 +41,8 @@ class Words:
     test: tuple[str, str]
     grant: tuple[str, str]
     """Somebody asks to look at floor plans."""
+    service: Mapping[str, tuple[str, str]]
+    """Of rollouts and rates, by kind of message."""
     deadline: str
     which_floor: str
     new_room: tuple[str, str]
@@ -58,6 +62,10 @@ class Words:
     def day(self, at: datetime) -> str:
         month = self.months[at.month - 1]
         return self.date.format(day=at.day, month=month, year=at.year, time=f"{at:%H:%M}")
+
+    def figure(self, value: object) -> str:
+        """Shares as per cent; all else as it is."""
+        return f"{100 * value:.1f} %".replace(".", self.point) if isinstance(value, float) else str(value)
 
     def listed(self, names: Sequence[str]) -> str:
         return f" {self.and_} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
@@ -119,6 +127,7 @@ ENGLISH = Words(
         "January", "February", "March", "April", "May", "June",
         "July", "August", "September", "October", "November", "December",
     ),
+    point=".",
     confirm="Confirm your address",
     confirm_said="Somebody asked for messages about a robot's maps to be sent to this address.",
     confirm_open="To confirm that it was you, open",
@@ -135,6 +144,28 @@ ENGLISH = Words(
         ("Those who run the service ask to look at the floor plans of {robot} for {hours} hours. They say: {reason} "
         "Without your leave they see numbers alone, and each look is listed for you. The question ends on {when}."),
     ),
+    service={
+        "rollout.advanced": (
+            "{rollout}: now in {stage} % of homes", "The rollout {rollout} passed its gates and goes on in {stage} % of homes."
+        ),
+        "rollout.halted": (
+            "{rollout} was halted",
+            "The rollout {rollout} harms and was halted at {stage} % of homes, which go back to what they had. {reason}",
+        ),
+        "rollout.successful": (
+            "{rollout} is in force", "The rollout {rollout} has reached all homes and passed its gates."
+        ),
+        "rollout.ended": (
+            "{rollout} has ended", "The rollout {rollout} ended undecided at {stage} % of homes. {reason}"
+        ),
+        "alert.raised": (
+            "{alert}: {share}",
+            "{measure} is at {share} ({low} to {high}) of {missions} missions since {first}, and surely above {above}.",
+        ),
+        "alert.ended": (
+            "{alert}: over", "{measure} is at {share} of {missions} missions since {first}, and below {below} again."
+        ),
+    },
     deadline="If nobody answers by {when}, the map stays as it was.",
     which_floor="which floor is this?",
     new_room=("a new room", "a new room, {rooms}"),
@@ -169,6 +200,7 @@ GERMAN = Words(
         "Januar", "Februar", "März", "April", "Mai", "Juni",
         "Juli", "August", "September", "Oktober", "November", "Dezember",
     ),
+    point=",",
     confirm="Bestätigen Sie Ihre Adresse",
     confirm_said="Jemand möchte, dass Nachrichten über die Karten eines Roboters an diese Adresse gehen.",
     confirm_open="Waren Sie es, öffnen Sie",
@@ -185,6 +217,32 @@ GERMAN = Words(
         ("Wer den Dienst betreibt, möchte für {hours} Stunden die Grundrisse von {robot} ansehen. Begründung: {reason} "
         "Ohne Ihre Erlaubnis sind nur Zahlen zu sehen, und jeder Blick wird für Sie aufgeführt. Die Frage endet am {when}."),
     ),
+    service={
+        "rollout.advanced": (
+            "{rollout}: jetzt bei {stage} % der Haushalte",
+            "Der Rollout {rollout} hat bestanden und geht bei {stage} % der Haushalte weiter.",
+        ),
+        "rollout.halted": (
+            "{rollout} wurde angehalten",
+            ("Der Rollout {rollout} schadet und wurde bei {stage} % der Haushalte angehalten; "
+            "sie haben wieder, was sie hatten. {reason}"),
+        ),
+        "rollout.successful": (
+            "{rollout} gilt jetzt", "Der Rollout {rollout} hat alle Haushalte erreicht und bestanden."
+        ),
+        "rollout.ended": (
+            "{rollout} ist beendet",
+            "Der Rollout {rollout} wurde bei {stage} % der Haushalte ohne Ergebnis beendet. {reason}",
+        ),
+        "alert.raised": (
+            "{alert}: {share}",
+            "{measure} liegt bei {share} ({low} bis {high}) von {missions} Fahrten seit {first}, sicher über {above}.",
+        ),
+        "alert.ended": (
+            "{alert}: vorbei",
+            "{measure} liegt bei {share} von {missions} Fahrten seit {first}, wieder unter {below}.",
+        ),
+    },
     deadline="Antwortet bis {when} niemand, bleibt die Karte, wie sie war.",
     which_floor="Welches Stockwerk ist das?",
     new_room=("ein neuer Raum", "ein neuer Raum, {rooms}"),
