@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from stillroom.documents.grids import check_type, read_grid
 from stillroom.documents.missions import parse_meta
-from stillroom.errors import MissionConflict
-from stillroom.store import clock, lanes, maps, missions
+from stillroom.errors import Forbidden, MissionConflict
+from stillroom.store import clock, erasing, lanes, maps, missions, robots
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
 
@@ -38,6 +38,10 @@ def receive(
     read_grid(content, said.reading())
     grid_key, digest = grids.put(content), said.digest()
     with database.write() as tx:
+        erasing.hold_grids(tx, alone=False)
+        sender = robots.get(tx, robot_id)
+        if sender is None or sender.released_at is not None:
+            raise Forbidden(f"{robot_id} was given up meanwhile.")
         row = maps.get_or_add(tx, robot_id, map_name)
         lanes.lock(tx, row.id)
         there = missions.by_key(tx, row.id, key)
@@ -48,4 +52,5 @@ def receive(
         new = missions.NewMission(row.id, key, said.epoch, said.sequence, grid_key, document, digest)
         mission_id = missions.add(tx, new, clock.now(tx))
         lanes.wake(tx, row.id)
+    grids.keep(grid_key, content)
     return Received(row.id, mission_id, made=True)

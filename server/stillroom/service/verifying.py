@@ -167,8 +167,10 @@ def _figures(tx: Transaction) -> Iterator[Fault]:
             count(audit.day_key(fact), name, fact)
         if fact.cause_id is not None:
             count(audit.failure_key(fact), "robots", fact)
+    known = audit.robot_numbers(tx)
     for key, name, tally in audit.tally_rows(tx):
-        there = Counter(tallies.decode(tally).tolist())
+        # robots whose data were deleted stay counted, by numbers that are nobody's any more
+        there = Counter(number for number in tallies.decode(tally).tolist() if number in known)
         should = recount.pop((key, name), Counter[int]())
         if there != should:
             detail = f"{name}: {there.total()} counted, {should.total()} by a recount"

@@ -9,7 +9,7 @@ import sqlalchemy as sa
 
 from stillroom.store.database import Transaction
 from stillroom.store.fleet import Counted
-from stillroom.store.fleet_tables import counted, fleet_day, fleet_failure_day, uncounted
+from stillroom.store.fleet_tables import counted, fleet_day, fleet_failure_day, fleet_robot, uncounted
 from stillroom.store.rows import RowT, as_row, columns
 from stillroom.store.tables import event, lane, map_, metadata, mission, room, version
 
@@ -130,6 +130,11 @@ def facts(tx: Transaction) -> Iterator[Counted]:
     """Every mission that is counted."""
     rows = tx.execute(sa.select(*columns(counted, Counted)).execution_options(yield_per=_STREAM))
     yield from (as_row(Counted, row) for row in rows)
+
+
+def robot_numbers(tx: Transaction) -> set[int]:
+    """By which tallies know robots."""
+    return set(tx.execute(sa.select(fleet_robot.c.number)).scalars())
 
 
 def tally_rows(tx: Transaction) -> Iterator[tuple[tuple[object, ...], str, str]]:

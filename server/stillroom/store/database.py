@@ -8,10 +8,10 @@ from typing import Any
 
 import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import NoResultFound, OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 
-from stillroom.errors import Unavailable
+from stillroom.errors import NotFound, Unavailable
 from stillroom.store.hints import CHANNEL, Hint, encode
 
 Transaction = sa.Connection
@@ -148,6 +148,8 @@ def _postgresql_engine(url: sa.URL) -> sa.Engine:
 def _unavailable_when_busy() -> Iterator[None]:
     try:
         yield
+    except NoResultFound as error:
+        raise NotFound("It was deleted meanwhile.") from error
     except (OperationalError, PoolTimeout) as error:
         raise Unavailable("The database does not answer at the moment.") from error
 

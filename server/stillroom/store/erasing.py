@@ -49,6 +49,11 @@ def grids_of(tx: Transaction, robot_id: str) -> Sequence[str]:
     return [key for key in tx.execute(found).scalars() if key]
 
 
+def count_missions(tx: Transaction, robot_id: str) -> int:
+    query = sa.select(sa.func.count()).select_from(mission).join(map_, map_.c.id == mission.c.map_id)
+    return tx.execute(query.where(map_.c.robot_id == robot_id)).scalar_one()
+
+
 def erase_robot(tx: Transaction, robot_id: str, now: datetime) -> None:
     """All but the row of the robot itself. Its lanes must be locked, counting held and done."""
     discard(tx, grids_of(tx, robot_id), now)

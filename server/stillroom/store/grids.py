@@ -1,8 +1,8 @@
-"""Grids as the robots sent them, by content: the key is the SHA-256 of the bytes. Never altered, never deleted."""
+"""Grids as the robots sent them, by content: the key is the SHA-256 of the bytes. Never altered; deleted with the last that refers to it."""
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from datetime import datetime, timedelta
 from hashlib import sha256
 from pathlib import Path
@@ -94,6 +94,21 @@ class GridStore:
             for chunk in self._store.list():
                 for entry in chunk:
                     yield Stored(entry["path"], entry["size"], entry["last_modified"])
+
+    def keep(self, key: str, content: bytes) -> None:
+        """Stores bytes once more that were deleted since they were stored: nothing referred to them then."""
+        try:
+            with _unavailable_when_out():
+                self._store.head(path_of(key))
+        except FileNotFoundError:
+            self.put(content)
+
+    def delete(self, keys: Sequence[str]) -> None:
+        """Those that are there."""
+        with _unavailable_when_out():
+            for key in keys:
+                with suppress(FileNotFoundError):
+                    self._store.delete(path_of(key))
 
     def check(self) -> None:
         """Raises Unavailable where the store can't be reached."""

@@ -12,6 +12,8 @@ from stillroom.store.tables import account, map_, membership, metadata, robot
 Selection = sa.ColumnElement[bool]
 """A condition that selects robots."""
 
+ALL = 2**31 - 1
+
 _ROBOT = sa.select(*columns(robot, RobotRow))
 
 

@@ -11,6 +11,8 @@ from stillroom.store.fleet import Counted, Fingerprint, Met, Processed
 
 BATCH = 500
 """Missions of one transaction."""
+BATCHES_AT_ONCE = 10
+"""Of who can't wait for all of a long backlog."""
 JUDGED_AT_ONCE = 20
 """Each needs some documents of maps."""
 JUDGED = ("updated", "resolved", "needs_review", "reverted")
@@ -89,6 +91,12 @@ def _exception(traceback: str) -> str:
     """The class of the exception: its message may say something of a home."""
     last = traceback.strip().splitlines()[-1] if traceback.strip() else "unknown"
     return last.split(":", 1)[0].strip()[-64:]
+
+
+def count_waiting(tx: Transaction) -> None:
+    """All that was processed and is not counted yet. Counting must be held."""
+    while fleet.backlog(tx)[0]:
+        _count(tx)
 
 
 def _count(tx: Transaction) -> None:

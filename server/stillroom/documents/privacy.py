@@ -1,0 +1,11 @@
+"""What people are told of what is kept of their homes."""
+
+from stillroom.documents.geojson import Document
+
+
+class Erased(Document):
+    """What there was, and is not any more."""
+
+    robots: list[str]
+    maps: int
+    missions: int
