@@ -11,7 +11,7 @@ from stillroom.service.messages.announcing import announce
 from stillroom.service.verifying import verify
 from stillroom.store import people
 from stillroom.store.clock import now
-from stillroom.store.tables import metadata, robot
+from stillroom.store.tables import metadata
 from tests.conflicts import expect
 from tests.conftest import Caller, Json, RobotCaller, Service
 from tests.fuzz.neighbourhood import PRIVATE, Neighbourhood, settle
@@ -88,7 +88,7 @@ def test_a_robot_whose_data_are_deleted_begins_anew_and_stays_its_owners(service
     assert (again["outcome"], again["version"]) == ("created", 1)
 
 
-def test_an_upload_of_a_grid_that_is_being_deleted_keeps_it(service: Service, robot: RobotCaller) -> None:
+def test_an_upload_of_a_grid_that_is_being_deleted_keeps_it(service: Service) -> None:
     key = service.grids.put(b"anything")
     service.grids.delete([key, "0" * 64])
     assert files(service) == set()
