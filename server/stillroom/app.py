@@ -11,6 +11,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from stillroom import __version__
 from stillroom.api import (
+    alerts,
     conflicts,
     edits,
     events,
@@ -84,6 +85,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
         fleet,
         inspection,
         rollouts,
+        alerts,
         health,
         problems,
     ):

@@ -108,6 +108,9 @@ OF_THE_SERVICE = {
     f"POST {HOOK}/test": "messages",
     f"GET {HOOK}/deliveries": "messages",
     f"POST {HOOK}/deliveries/{{delivery}}/replay": "messages",
+    "GET /api/v1/fleet/alerts": "figures",
+    "POST /api/v1/fleet/alerts": "triage",
+    "DELETE /api/v1/fleet/alerts/{alert}": "triage",
     "GET /api/v1/fleet/causes": "figures",
     "GET /api/v1/fleet/causes/{cause}": "figures",
     "PUT /api/v1/fleet/causes/{cause}/mute": "triage",
@@ -131,19 +134,48 @@ OF_THE_SERVICE = {
     f"GET {INSPECTED}": "figures",
     f"GET {INSPECTED}/{{mission}}": "figures",
     f"POST {INSPECTED}/{{mission}}/run": "triage",
+    "GET /api/v1/account": "account",
+    "PUT /api/v1/account/password": "account",
+    "POST /api/v1/account/login-links": "account",
+    "GET /api/v1/account/sessions": "account",
+    "DELETE /api/v1/account/sessions/{session}": "account",
+    "GET /api/v1/account/tokens": "account",
+    "POST /api/v1/account/tokens": "account",
+    "DELETE /api/v1/account/tokens/{token}": "account",
+    "GET /api/v1/household": "household",
+    "POST /api/v1/household/invitations": "household",
+    "DELETE /api/v1/household/invitations/{invitation}": "household",
+    "PATCH /api/v1/household/people/{member}": "household",
+    "DELETE /api/v1/household/people/{member}": "household",
+    "GET /api/v1/accounts": "accounts",
+    "GET /api/v1/accounts/invitations": "accounts",
+    "POST /api/v1/accounts/invitations": "accounts",
+    "DELETE /api/v1/accounts/invitations/{invitation}": "accounts",
+    "PATCH /api/v1/accounts/{account}": "accounts",
+    "POST /api/v1/accounts/{account}/password-reset": "accounts",
 }
 TOLD_APART_ELSEWHERE = {
     "GET /api/v1/events",  # a stream without an end: tests/api/test_events.py
     "DELETE /api/v1/session",  # ends what the walk needs: below
+    "DELETE /api/v1/account/sessions",  # so does this: tests/people/test_signing_in.py
     "POST /api/v1/grants/{grant}/answer",  # whose they are: tests/api/test_inspection.py
     "DELETE /api/v1/grants/{grant}",
     f"GET {INSPECTED}/{{mission}}/figure",
     f"GET {INSPECTED}/{{mission}}/cells.png",
 }
-PUBLIC = {"GET /healthz", "GET /readyz", "GET /metrics"}
+PUBLIC = {
+    "GET /healthz",
+    "GET /readyz",
+    "GET /metrics",
+    "GET /api/v1/sign-in",
+    "POST /api/v1/session",
+    "POST /api/v1/password-resets",
+    "POST /api/v1/links/look",
+    "POST /api/v1/links/use",
+}
 NAMES = {
     "map": "ground", "version": "1", "other": "1", "room": "r1", "mission": "0", "conflict": "c1", "proposal": "p1",
-    "webhook": "webhook_1", "delivery": "1", "subscription": "push_1", "cause": "0" * 16, "replay": "again", "rollout": "bare",
+    "webhook": "webhook_1", "delivery": "1", "subscription": "push_1", "cause": "0" * 16, "replay": "again", "rollout": "bare", "alert": "doors",
 }  # fmt: skip
 ANN = "ann@example.org"
 TARGETS = {"free": None, "anns": ANN, "bobs": "bob@example.org"}

@@ -28,6 +28,7 @@ from stillroom import logs
 from stillroom.errors import Unavailable
 from stillroom.pipeline.update import ResolverName
 from stillroom.service.decisions import AT_ONCE, expire
+from stillroom.service.fleet.alerts import watch
 from stillroom.service.fleet.counting import catch_up
 from stillroom.service.fleet.judging import judge
 from stillroom.service.fleet.shadowing import run_next_beside
@@ -119,6 +120,7 @@ def _sweep(database: Database) -> bool:
     try:
         uncounted = catch_up(database)
         judge(database)
+        watch(database)
         return expire(database) == AT_ONCE or uncounted > 0
     except Exception:
         log.exception("deadlines and the fleet's figures could not be looked at; missions go on")
