@@ -11,6 +11,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from stillroom import __version__
 from stillroom.api import (
+    account,
     alerts,
     conflicts,
     edits,
@@ -18,10 +19,12 @@ from stillroom.api import (
     exports,
     fleet,
     health,
+    homes,
     inspection,
     maps,
     missions,
     notifications,
+    people,
     privacy,
     problems,
     robots,
@@ -73,6 +76,9 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
     for part in (
         robots,
         signing_in,
+        account,
+        homes,
+        people,
         missions,
         maps,
         conflicts,

@@ -117,6 +117,7 @@ OF_THE_SERVICE = {
     "DELETE /api/v1/fleet/causes/{cause}/mute": "triage",
     "GET /api/v1/fleet/failure-rates": "figures",
     "GET /api/v1/fleet/failure-rates.csv": "figures",
+    "GET /api/v1/fleet/failure-rates.parquet": "figures",
     "GET /api/v1/fleet/filters": "figures",
     "GET /api/v1/fleet/missions": "figures",
     "GET /api/v1/fleet/replays": "figures",
@@ -175,7 +176,9 @@ PUBLIC = {
 }
 NAMES = {
     "map": "ground", "version": "1", "other": "1", "room": "r1", "mission": "0", "conflict": "c1", "proposal": "p1",
-    "webhook": "webhook_1", "delivery": "1", "subscription": "push_1", "cause": "0" * 16, "replay": "again", "rollout": "bare", "alert": "doors",
+    "webhook": "webhook_1", "delivery": "1", "subscription": "push_1", "cause": "0" * 16, "replay": "again",
+    "rollout": "bare", "alert": "doors", "session": "session_1", "token": "token_1", "invitation": "link_1",
+    "member": "member_1", "account": "account_1",
 }  # fmt: skip
 ANN = "ann@example.org"
 TARGETS = {"free": None, "anns": ANN, "bobs": "bob@example.org"}

@@ -14,7 +14,7 @@ from stillroom.documents import api
 from stillroom.errors import Fault, Forbidden, InvalidInput, Unauthenticated
 from stillroom.pipeline.update import ResolverName
 from stillroom.service import access, accounts
-from stillroom.service.access import Action, Principal
+from stillroom.service.access import Action, Person, Principal, Robot
 from stillroom.service.people.sessions import Browser
 from stillroom.service.people.throttling import network
 from stillroom.service.planning import Means
@@ -105,6 +105,16 @@ def browser_of(request: Request) -> Browser:
 
 
 Caller = Annotated[Principal, Depends(caller)]
+
+
+def human(who: Caller) -> Person:
+    """Who calls, where `may` lets no robot pass. Raises Forbidden."""
+    if isinstance(who, Robot):
+        raise Forbidden("A robot may not do this.")
+    return who
+
+
+HumanCaller = Annotated[Person, Depends(human)]
 RobotId = Annotated[str, Path(alias="robot", pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
 MapName = Annotated[str, Path(alias="map", pattern=r"^[A-Za-z0-9._-]{1,64}$")]
 MissionId = Annotated[str, Path(alias="mission", pattern=r"^[A-Za-z0-9._-]{1,64}$")]

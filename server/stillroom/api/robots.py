@@ -7,6 +7,7 @@ from starlette.responses import Response
 
 from stillroom.api.context import (
     Caller,
+    HumanCaller,
     Limit,
     RobotId,
     Service,
@@ -19,7 +20,6 @@ from stillroom.api.context import (
 from stillroom.documents import api
 from stillroom.documents.robots import Claim, ClaimCode, RobotChange, RobotDocument, RobotToken
 from stillroom.service import maps, robots
-from stillroom.service.access import Person
 
 router = APIRouter(prefix="/api/v1")
 Cursor = Annotated[str, Query(max_length=64)]
@@ -45,9 +45,8 @@ def list_registered(request: Request, service: Service, cursor: Cursor = "", lim
 
 
 @router.post("/claims", status_code=201, response_model=RobotDocument, dependencies=[Depends(may("household"))])
-def claim(request: Request, service: Service, who: Caller, given: Claim) -> Response:
+def claim(request: Request, service: Service, who: HumanCaller, given: Claim) -> Response:
     """Makes a robot one's own that is nobody's, by the code that came with it."""
-    assert isinstance(who, Person)
     made = robots.claim(service.database, who, given.claim_code, source_of(request))
     return document(made, 201, {"Location": f"/api/v1/robots/{made.id}"})
 

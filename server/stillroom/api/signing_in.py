@@ -4,14 +4,26 @@ import re
 from typing import Annotated
 from urllib.parse import unquote
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Depends, Header, Query, Request
+from starlette.background import BackgroundTask
 from starlette.responses import RedirectResponse, Response
 
-from stillroom.api.context import DEVICE_COOKIE, SESSION_COOKIE, Caller, Service, browser_of, document
+from stillroom.api.context import DEVICE_COOKIE, SESSION_COOKIE, Caller, Service, browser_of, document, same_origin
 from stillroom.documents import api
+from stillroom.documents.people import (
+    LinkDocument,
+    LinkToken,
+    LinkUse,
+    LinkUsed,
+    PasswordSignIn,
+    ResetRequest,
+    Ways,
+)
 from stillroom.errors import Unauthenticated
 from stillroom.service import access, accounts
-from stillroom.service.people import sessions
+from stillroom.service.messages.words import preferred
+from stillroom.service.people import links, sessions, signing_in
+from stillroom.service.people.links import Post
 from stillroom.service.people.sessions import SignedIn
 
 router = APIRouter()
@@ -19,11 +31,53 @@ NEXT_COOKIE = "stillroom_next"
 """The app's page, percent-encoded, that somebody who was signed out wanted to see."""
 _OWN_PAGE = re.compile(r"/(?!/)[!-\[\]-~]{0,1000}", re.ASCII)
 _A_YEAR_S = 365 * 24 * 3600
+_FROM_HERE = [Depends(same_origin)]
+"""Nobody is signed in by a form of another site, as somebody else."""
+Languages = Annotated[str, Header(alias="Accept-Language")]
 
 
 @router.get("/api/v1/session", response_model=api.Caller)
 def show_caller(who: Caller) -> Response:
     return document(access.who(who))
+
+
+@router.get("/api/v1/sign-in", response_model=Ways)
+def show_ways(service: Service) -> Response:
+    """How people can get in, for whoever is not."""
+    return document(Ways(password=True, provider=None, mail=service.messaging.mail is not None))
+
+
+@router.post("/api/v1/session", response_model=LinkUsed, dependencies=_FROM_HERE)
+def sign_in_by_password(request: Request, service: Service, given: PasswordSignIn) -> Response:
+    made = signing_in.by_password(service.database, given.email, given.password, browser_of(request))
+    return _signed_in(made, request, service)
+
+
+@router.post("/api/v1/password-resets", status_code=202, dependencies=_FROM_HERE)
+def ask_reset(request: Request, service: Service, asked: ResetRequest, languages: Languages = "") -> Response:
+    """A link to the address, if there is an account; the answer does not tell whether there is."""
+    links.ask_reset(service.database, browser_of(request), service.messaging)
+    post = Post(service.messaging, preferred(languages))
+    return Response(status_code=202, background=BackgroundTask(links.send_reset, service.database, asked.email, post))
+
+
+@router.post("/api/v1/links/look", response_model=LinkDocument, dependencies=_FROM_HERE)
+def look_at_link(request: Request, service: Service, given: LinkToken) -> Response:
+    """What a link of an e-mail is for. Its secret stands behind the # of its address, which browsers send to nobody."""
+    return document(links.look(service.database, given.token, browser_of(request)))
+
+
+@router.post("/api/v1/links/use", response_model=LinkUsed, dependencies=_FROM_HERE)
+def use_link(request: Request, service: Service, given: LinkUse) -> Response:
+    """Once: accepts an invitation, or sets a new password; then somebody is signed in, unless they had an account."""
+    made = links.use(service.database, given.token, given.password, browser_of(request))
+    return document(LinkUsed(signed_in=False)) if made is None else _signed_in(made, request, service)
+
+
+def _signed_in(made: SignedIn, request: Request, service: Service) -> Response:
+    response = document(LinkUsed(signed_in=True), headers={"Cache-Control": "no-store"})
+    set_cookies(response, made, request, service.messaging.public_url)
+    return response
 
 
 @router.delete("/api/v1/session", status_code=204)

@@ -23,7 +23,7 @@ CONFIRM_WITHIN = timedelta(days=3)
 MOST_PICTURES = 4
 MOST_TOPICS = 20
 _POLICY = SMTP.clone(max_line_length=998)  # signed links are long, and folding would break them
-_BUTTON = "display:inline-block;padding:10px 18px;background:#1c6b48;color:#fff;text-decoration:none;border-radius:6px"
+BUTTON = "display:inline-block;padding:10px 18px;background:#1c6b48;color:#fff;text-decoration:none;border-radius:6px"
 _OTHER = "display:inline-block;padding:9px 17px;border:1px solid #1c6b48;color:#1c6b48;text-decoration:none;border-radius:6px"
 
 
@@ -33,10 +33,10 @@ def confirmation(to: ReceiverRow, key: str, public_url: str, link_key: bytes, wo
     token = sign(SignedLink("confirm", to.key, to.address, until), link_key)
     url = f"{public_url}/email/confirm?token={quote(token)}"
     said, ignore = words.confirm_said, words.confirm_ignore
-    made = _message(to, key, words.confirm, public_url)
+    made = message(to.address, key, words.confirm, public_url)
     made.set_content(f"{said}\n\n{words.confirm_open}\n{url}\n\n{ignore}\n")
-    button = f'<a href="{escape(url)}" style="{_BUTTON}">{words.confirm_button}</a>'
-    made.add_alternative(_html(f"<p>{escape(said)}</p><p>{button}</p><p>{escape(ignore)}</p>", words), subtype="html")
+    button = f'<a href="{escape(url)}" style="{BUTTON}">{words.confirm_button}</a>'
+    made.add_alternative(html(f"<p>{escape(said)}</p><p>{button}</p><p>{escape(ignore)}</p>", words), subtype="html")
     return made
 
 
@@ -54,7 +54,7 @@ def letter(
     stop = f"{public_url}/email/stop?token={quote(sign(SignedLink('stop', to.key, to.address), link_key))}"
     shown, more = about[:MOST_TOPICS], len(about[MOST_TOPICS:])
     rest = words.more.format(n=more, url=f"{public_url}/questions") if more else ""
-    made = _message(to, key, subject, public_url)
+    made = message(to.address, key, subject, public_url)
     made["List-Unsubscribe"] = f"<{stop}>"
     made["List-Unsubscribe-Post"] = "List-Unsubscribe=One-Click"
     texts = [_plain(topic) for topic in shown]
@@ -64,20 +64,20 @@ def letter(
     parts = [_part(topic, ids[n] if n < len(ids) else None, words) for n, topic in enumerate(shown)]
     end = f'<p style="color:#555;font-size:13px"><a href="{escape(stop)}">{words.stop}</a></p>'
     body = "".join([*parts, f"<p>{escape(rest)}</p>" if rest else "", end])
-    made.add_alternative(_html(body, words), subtype="html")
-    html = made.get_body(("html",))
-    assert html is not None
+    made.add_alternative(html(body, words), subtype="html")
+    shown_as = made.get_body(("html",))
+    assert shown_as is not None
     for name, picture in zip(ids, pictures, strict=True):
-        html.add_related(picture, "image", "png", cid=f"<{name}>", filename=f"{name}.png", disposition="inline")
+        shown_as.add_related(picture, "image", "png", cid=f"<{name}>", filename=f"{name}.png", disposition="inline")
     return made
 
 
-def send(server: MailServer, message: EmailMessage) -> Attempt:
+def send(server: MailServer, letter: EmailMessage) -> Attempt:
     """Never raises what the network or the server may do."""
-    message["From"] = server.sender
+    letter["From"] = server.sender
     try:
         with _connected(server) as smtp:
-            smtp.send_message(message)
+            smtp.send_message(letter)
     except smtplib.SMTPRecipientsRefused as error:
         code, said = next(iter(error.recipients.values()))
         return _refusal(code, said, permanent=500 <= code < 600)
@@ -115,10 +115,11 @@ def _refusal(code: int, said: bytes | str, permanent: bool) -> Attempt:
     return Attempt("refused" if permanent else "failed", reason, code)
 
 
-def _message(to: ReceiverRow, key: str, subject: str, public_url: str) -> EmailMessage:
+def message(address: str, key: str, subject: str, public_url: str) -> EmailMessage:
+    """An empty one."""
     made = EmailMessage(_POLICY)
     made["Subject"] = " ".join(subject.split())[:200]
-    made["To"] = to.address
+    made["To"] = address
     made["Date"] = format_datetime(datetime.now(UTC))
     # The same for every attempt, so that whoever gets it twice is shown it once.
     made["Message-ID"] = f"<{key}@{urlsplit(public_url).hostname}>"
@@ -136,13 +137,13 @@ def _part(topic: Topic, cid: str | None, words: Words) -> str:
     picture = "" if cid is None else f'<p><img src="cid:{cid}" alt="{escape(topic.text)}" style="max-width:100%"></p>'
     links = [*topic.answers, (words.look_first if topic.answers else words.look, topic.url)]
     buttons = "".join(
-        f'<p><a href="{escape(url)}" style="{_OTHER if number else _BUTTON}">{escape(said)}</a></p>'
+        f'<p><a href="{escape(url)}" style="{_OTHER if number else BUTTON}">{escape(said)}</a></p>'
         for number, (said, url) in enumerate(links)
     )
     return f"{title}{picture}{buttons}"
 
 
-def _html(body: str, words: Words) -> str:
+def html(body: str, words: Words) -> str:
     return (
         f'<!doctype html><html lang="{words.language}"><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
         f'<body style="font:16px/1.5 sans-serif;color:#222;max-width:640px">{body}</body></html>'

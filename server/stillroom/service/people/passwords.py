@@ -1,5 +1,7 @@
 """Passwords: what may be one, and how it is checked."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from threading import BoundedSemaphore
 
 from argon2 import PasswordHasher
@@ -36,9 +38,12 @@ def matches(password_hash: str | None, password: str) -> bool:
     return password_hash is not None
 
 
-def is_old(password_hash: str) -> bool:
-    """Whether it was made with other parameters than today's."""
-    return HASHER.check_needs_rehash(password_hash)
+def rehashed(password_hash: str, password: str) -> str | None:
+    """With today's parameters; None where it was made with them. Raises Unavailable."""
+    if not HASHER.check_needs_rehash(password_hash):
+        return None
+    with _turn():
+        return HASHER.hash(password)
 
 
 def _fault(password: str, email: str) -> str | None:
@@ -46,16 +51,16 @@ def _fault(password: str, email: str) -> str | None:
         return f"shorter than {SHORTEST} characters"
     if len(set(password.lower())) < _FEWEST_DIFFERENT:
         return "fewer than five different characters"
-    bare = password.lower().replace(" ", "")
-    if email and (bare in email or email.partition("@")[0] * 2 in bare or bare.replace(email, "") == ""):
-        return "the e-mail address"
+    if email in password.lower():
+        return "holds the e-mail address"
     return None
 
 
-class _turn:  # noqa: N801  # reads as a word
-    def __enter__(self) -> None:
-        if not _AT_ONCE.acquire(timeout=_PATIENCE_S):
-            raise Unavailable("Too many sign in just now.", 5)
-
-    def __exit__(self, *_: object) -> None:
+@contextmanager
+def _turn() -> Iterator[None]:
+    if not _AT_ONCE.acquire(timeout=_PATIENCE_S):
+        raise Unavailable("Too many people sign in just now.", 5)
+    try:
+        yield
+    finally:
         _AT_ONCE.release()
