@@ -36,6 +36,7 @@ from stillroom.api import (
 )
 from stillroom.api.body_limit import BodyLimit
 from stillroom.api.context import Parts
+from stillroom.api.request_log import RequestLog
 from stillroom.service.signals import Signals
 from stillroom.settings import Settings
 
@@ -73,6 +74,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
     problems.install(app)
     app.add_middleware(BodyLimit)
     app.add_middleware(SecurityHeaders)
+    app.add_middleware(RequestLog)
     for part in (
         robots,
         signing_in,

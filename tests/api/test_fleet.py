@@ -2,9 +2,11 @@
 
 import csv
 import io
+import sys
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
+import pyarrow.parquet
 import pytest
 import sqlalchemy as sa
 
@@ -18,6 +20,7 @@ FLEET = "/api/v1/fleet"
 OPERATORS_ONLY = [
     ("GET", "failure-rates"),
     ("GET", "failure-rates.csv"),
+    ("GET", "failure-rates.parquet"),
     ("GET", "filters"),
     ("GET", "robots"),
     ("GET", "causes"),
@@ -142,6 +145,24 @@ def test_the_rates_can_be_had_as_a_table_that_spreadsheets_take_for_no_formula(
         "0.0",
     )
     assert second["key"] == "all"
+
+
+@pytest.mark.parametrize("engine", ["sqlite"])
+def test_the_rates_can_be_had_as_parquet(
+    service: Service, mapped: RobotCaller, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mapped.upload("1", home(shift=(1, 0)), firmware="=1+1")
+    answer = service.operator.get(f"{FLEET}/failure-rates.parquet?group_by=firmware")
+    assert answer.headers["Content-Disposition"].endswith('.parquet"')
+    first, second = pyarrow.parquet.read_table(io.BytesIO(answer.content)).to_pylist()
+    assert (first["key"], first["missions"], first["transfer_rate"], first["sufficient"]) == ("=1+1", 1, 0.0, False)
+    assert second["key"] == "all"
+    nothing = service.operator.get(f"{FLEET}/failure-rates.parquet?from=2020-01-01&to=2020-01-02")
+    (row,) = pyarrow.parquet.read_table(io.BytesIO(nothing.content)).to_pylist()
+    assert (row["missions"], row["transfer_rate"]) == (0, None)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    refused = service.operator.get(f"{FLEET}/failure-rates.parquet")
+    assert (refused.status_code, "stillroom[parquet]" in refused.json()["detail"]) == (503, True)
 
 
 def test_what_can_be_selected_by_is_listed(service: Service, mapped: RobotCaller) -> None:

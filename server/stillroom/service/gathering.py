@@ -24,6 +24,7 @@ from stillroom.store import clock, maps, missions
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
 from stillroom.store.rows import MapRow, MissionRow, VersionRow
+from stillroom.tracing import span
 
 
 @dataclass
@@ -36,7 +37,8 @@ class Timings:
     def __call__(self, stage: str) -> Iterator[None]:
         began = time.perf_counter()
         try:
-            yield
+            with span(stage):
+                yield
         finally:
             self.ms[stage] = round(self.ms.get(stage, 0.0) + (time.perf_counter() - began) * 1000, 3)
 

@@ -8,6 +8,8 @@ from datetime import datetime
 from functools import partial
 from threading import Event, Thread
 
+import structlog
+
 from stillroom.documents.grids import read_grid
 from stillroom.documents.stored import encode_motion
 from stillroom.errors import Unavailable
@@ -23,6 +25,9 @@ from stillroom.store import clock, events, lanes, maps, missions, rollouts
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
 from stillroom.store.rows import Json
+from stillroom.tracing import span
+
+log = structlog.get_logger()
 
 MAX_ATTEMPTS = 3
 """A mission that ended its worker this often is recorded as reverted, so that its lane goes on."""
@@ -65,7 +70,19 @@ def _give_up(database: Database, claim: lanes.Claim, resolvers: Sequence[Resolve
 def _process(database: Database, grids: GridStore, claim: lanes.Claim, resolvers: Sequence[ResolverName]) -> bool:
     """False where the version in force changed meanwhile."""
     gathered = gather(database, claim.mission_id)
-    variant = _variant(database, gathered, resolvers)
+    with _named(gathered):
+        return _carry(database, grids, claim, gathered, _variant(database, gathered, resolvers))
+
+
+@contextmanager
+def _named(gathered: Gathered) -> Iterator[None]:
+    """Log lines and spans within the block say which mission they are of."""
+    names = {"robot": gathered.of.robot_id, "map": gathered.of.name, "mission": gathered.mission.key}
+    with structlog.contextvars.bound_contextvars(**names), span("mission", **names):
+        yield
+
+
+def _carry(database: Database, grids: GridStore, claim: lanes.Claim, gathered: Gathered, variant: Variant) -> bool:
     timings = Timings()
     try:
         with timings("total"):
@@ -77,6 +94,7 @@ def _process(database: Database, grids: GridStore, claim: lanes.Claim, resolvers
     except Unavailable:
         raise
     except Exception:
+        log.exception("a mission could not be processed")
         reason = "Processing failed; the mission is kept and was not taken."
         failure = _failure(gathered, variant, reason, timings, traceback.format_exc())
         return _commit(database, claim, gathered, variant, None, failure)
@@ -172,6 +190,8 @@ def _commit(
         version = [("version", data | {"cause": gathered.cause})] if taken else []
         questions = [] if met is None else sightings.keep(tx, met, found.version, now)
         events.add(tx, of, [*version, ("mission", data | {"outcome": found.outcome}), *questions], now)
+    ms = found.result["timings_ms"].get("total")
+    log.info("mission", outcome=found.outcome, algorithm=found.algorithm, version=found.version, ms=ms)
     return True
 
 

@@ -24,7 +24,7 @@ from typing import Any
 import cv2
 import structlog
 
-from stillroom import logs
+from stillroom import logs, tracing
 from stillroom.errors import Unavailable
 from stillroom.pipeline.update import ResolverName
 from stillroom.service.decisions import AT_ONCE, expire
@@ -111,6 +111,7 @@ def _begin(name: str) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the serving process, which ends `alive`
     cv2.setNumThreads(1)
     logs.configure()
+    tracing.configure()
     with suppress(OSError):  # tells the processes apart, where the system has such names
         Path("/proc/self/comm").write_text(name)
 
