@@ -36,6 +36,7 @@ from stillroom.api import (
 )
 from stillroom.api.body_limit import BodyLimit
 from stillroom.api.context import Parts
+from stillroom.api.intake import IntakeGate
 from stillroom.api.request_log import RequestLog
 from stillroom.service.signals import Signals
 from stillroom.settings import Settings
@@ -61,6 +62,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
         static,
         signals or Signals(),
         settings.messaging,
+        settings.queue,
     )
     app = FastAPI(
         title="stillroom",
@@ -73,6 +75,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
     app.state.parts = parts
     problems.install(app)
     app.add_middleware(BodyLimit)
+    app.add_middleware(IntakeGate, intake=parts.intake)
     app.add_middleware(SecurityHeaders)
     app.add_middleware(RequestLog)
     for part in (

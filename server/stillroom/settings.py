@@ -60,6 +60,15 @@ class Messaging:
 
 
 @dataclass(frozen=True)
+class QueueLimits:
+    """How much may wait to be processed before robots are asked to come again later."""
+
+    missions: int = 10_000
+    age_s: float = 300.0
+    """That the mission which is next has waited."""
+
+
+@dataclass(frozen=True)
 class Settings:
     data_dir: Path
     database_url: str
@@ -71,6 +80,7 @@ class Settings:
     resolvers: "tuple[ResolverName, ...]" = RESOLVER_CHOICES[_ALL_RESOLVERS]
     """How far missions are helped by the meta layer: all of it, or one of the paper's ablation rows."""
     messaging: Messaging = Messaging()
+    queue: QueueLimits = QueueLimits()
 
     @staticmethod
     def from_environment(environment: Mapping[str, str] = os.environ) -> "Settings":
@@ -83,6 +93,10 @@ class Settings:
             admin_token=environment.get("STILLROOM_ADMIN_TOKEN") or None,
             resolvers=_resolvers(environment.get("STILLROOM_RESOLVERS") or _ALL_RESOLVERS),
             messaging=_messaging(environment),
+            queue=QueueLimits(
+                _number(environment, "STILLROOM_QUEUE_LIMIT", QueueLimits.missions),
+                float(_number(environment, "STILLROOM_QUEUE_AGE", int(QueueLimits.age_s))),
+            ),
         )
 
 
@@ -151,6 +165,13 @@ def _network(value: str) -> IPv4Network | IPv6Network:
         return ip_network(value)
     except ValueError as error:
         raise InvalidSetting(f"STILLROOM_WEBHOOK_NETWORKS holds {value!r}, which is no network: {error}.") from error
+
+
+def _number(environment: Mapping[str, str], name: str, default: int) -> int:
+    value = environment.get(name) or str(default)
+    if not value.isdecimal() or int(value) == 0:
+        raise InvalidSetting(f"{name} is {value!r}; it must be a number above 0.")
+    return int(value)
 
 
 def _flag(environment: Mapping[str, str], name: str) -> bool:

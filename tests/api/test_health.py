@@ -6,14 +6,16 @@ import shutil
 from pathlib import Path
 
 import pytest
+import sqlalchemy as sa
 import yaml
+from alembic.script import ScriptDirectory
 from prometheus_client.parser import text_string_to_metric_families
 from starlette.testclient import TestClient
 
 from stillroom.app import create_app
 from stillroom.settings import Messaging, Settings
 from stillroom.store.database import Database
-from stillroom.store.migrate import migrate
+from stillroom.store.migrate import config, migrate
 from tests.conftest import RobotCaller, Service
 from tests.homes import home
 from tests.telling import Names, add_webhook, delivering
@@ -35,6 +37,27 @@ def test_a_database_that_was_not_migrated_is_not_ready(tmp_path: Path, settings:
         database.dispose()
         assert http.get("/readyz").status_code == 200
         http.app.state.parts.database.dispose()  # type: ignore[attr-defined]
+
+
+def test_a_database_that_a_newer_program_has_migrated_is_ready_and_left_alone(service: Service) -> None:
+    with service.database.write() as tx:
+        tx.execute(sa.text("UPDATE alembic_version SET version_num = '9999'"))
+    assert service.stranger.get("/readyz").status_code == 200
+    migrate(service.database)
+    with service.database.write() as tx:
+        assert tx.execute(sa.text("SELECT version_num FROM alembic_version")).scalar_one() == "9999"
+        tx.execute(sa.text("UPDATE alembic_version SET version_num = '0001'"))
+    try:
+        assert service.stranger.get("/readyz").status_code == 503
+    finally:
+        with service.database.write() as tx:
+            tx.execute(sa.text("UPDATE alembic_version SET version_num = :newest"), {"newest": newest()})
+
+
+def newest() -> str:
+    found = ScriptDirectory.from_config(config()).get_current_head()
+    assert found is not None
+    return found
 
 
 @pytest.mark.parametrize("engine", ["sqlite"])

@@ -15,11 +15,12 @@ from stillroom.errors import Fault, Forbidden, InvalidInput, Unauthenticated
 from stillroom.pipeline.update import ResolverName
 from stillroom.service import access, accounts
 from stillroom.service.access import Action, Person, Principal, Robot
+from stillroom.service.intake import Intake
 from stillroom.service.people.sessions import Browser
 from stillroom.service.people.throttling import network
 from stillroom.service.planning import Means
 from stillroom.service.signals import Signals
-from stillroom.settings import Messaging
+from stillroom.settings import Messaging, QueueLimits
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
 
@@ -40,6 +41,11 @@ class Parts:
     static: FilePath
     signals: Signals
     messaging: Messaging
+    queue: QueueLimits
+
+    @cached_property
+    def intake(self) -> Intake:
+        return Intake(lambda: self.database, self.queue)
 
     @cached_property
     def database(self) -> Database:

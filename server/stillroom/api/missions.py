@@ -76,23 +76,13 @@ _UPLOAD: dict[str, Any] = {
 )
 async def upload(request: Request, service: Service, robot: RobotId, map_name: MapName, key: MissionId) -> Response:
     """Stores a mission durably and queues it."""
-    parts = await read_parts(request)
-    grid, meta = _part(parts, "grid"), _part(parts, "meta")
-    received = await run_in_threadpool(
-        uploads.receive,
-        service.database,
-        service.grids,
-        robot,
-        map_name,
-        key,
-        (grid.content_type, bytes(grid.content)),
-        bytes(meta.content),
-    )
+    received = await _receive(request, service, robot, map_name, key)
     wait_s = wait_preference(request.headers.getlist("Prefer"))
-    mission = await _wait(service, received.map_id, received.mission_id, wait_s or 0.0)
     headers = {"Location": request.url.path}
-    if wait_s is not None:
-        headers["Preference-Applied"] = f"wait={wait_s:g}"
+    with service.intake.waiting() as may_wait:
+        if wait_s is not None and may_wait:
+            headers["Preference-Applied"] = f"wait={wait_s:g}"
+        mission = await _wait(service, received.map_id, received.mission_id, wait_s or 0.0 if may_wait else 0.0)
     return document(mission, _status(received, mission), headers)
 
 
@@ -168,6 +158,23 @@ def wait_preference(prefer: list[str]) -> float | None:
     """Seconds that the caller would wait (RFC 7240), at most 60; None where it would not."""
     match = re.search(r"(?:^|[,;]\s*)wait\s*=\s*\"?(\d{1,9})", ",".join(prefer), re.IGNORECASE)
     return None if match is None else min(float(match[1]), MAX_WAIT_S)
+
+
+async def _receive(request: Request, service: Parts, robot: str, map_name: str, key: str) -> uploads.Received:
+    """Nothing of its body is kept when this returns, however long the caller waits afterwards."""
+    async with service.intake.receiving():
+        parts = await read_parts(request)
+        grid, meta = _part(parts, "grid"), _part(parts, "meta")
+        return await run_in_threadpool(
+            uploads.receive,
+            service.database,
+            service.grids,
+            robot,
+            map_name,
+            key,
+            (grid.content_type, bytes(grid.content)),
+            bytes(meta.content),
+        )
 
 
 def _part(parts: dict[str, Part], name: str) -> Part:

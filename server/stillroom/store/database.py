@@ -4,11 +4,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from sqlite3 import Connection as SqliteConnection
+from time import monotonic
 from typing import Any
 
 import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
-from sqlalchemy.exc import NoResultFound, OperationalError
+from sqlalchemy.exc import DisconnectionError, InterfaceError, NoResultFound, OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 
 from stillroom.errors import NotFound, Unavailable
@@ -20,6 +21,8 @@ Transaction = sa.Connection
 PATIENCE_MS = 30_000
 """How long a transaction waits for another's lock."""
 _CONNECT_S = 10
+_RESTED_S = 5.0
+"""A connection that was not used for so long may have been cut."""
 
 
 class Database:
@@ -134,13 +137,25 @@ def _sqlite_engine(url: sa.URL, begin: str, pragma: str) -> sa.Engine:
 
 def _postgresql_engine(url: sa.URL) -> sa.Engine:
     connect = {} if "connect_timeout" in url.query else {"connect_timeout": _CONNECT_S}
-    engine = sa.create_engine(url, pool_pre_ping=True, pool_size=20, max_overflow=20, connect_args=connect)
+    engine = sa.create_engine(url, pool_size=20, max_overflow=20, connect_args=connect)
 
     def prepare(connection: Any, _record: object) -> None:
         connection.execute(f"SET lock_timeout = {PATIENCE_MS}")
         connection.commit()
 
-    sa.event.listen(engine, "connect", prepare)
+    def rest(_connection: Any, record: Any) -> None:
+        record.info["rests_since"] = monotonic()
+
+    def look(connection: Any, record: Any, _proxy: object) -> None:
+        # Every time would cost each transaction one more round trip.
+        if monotonic() - record.info.get("rests_since", monotonic()) > _RESTED_S:
+            try:
+                engine.dialect.do_ping(connection)
+            except engine.dialect.loaded_dbapi.Error as error:
+                raise DisconnectionError from error
+
+    for name, listener in (("connect", prepare), ("checkin", rest), ("checkout", look)):
+        sa.event.listen(engine, name, listener)
     return engine
 
 
@@ -150,7 +165,7 @@ def _unavailable_when_busy() -> Iterator[None]:
         yield
     except NoResultFound as error:
         raise NotFound("It was deleted meanwhile.") from error
-    except (OperationalError, PoolTimeout) as error:
+    except (OperationalError, InterfaceError, PoolTimeout) as error:
         raise Unavailable("The database does not answer at the moment.") from error
 
 

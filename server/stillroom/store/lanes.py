@@ -91,6 +91,21 @@ def release(tx: Transaction, map_id: int) -> None:
     tx.execute(sa.update(lane).where(lane.c.map_id == map_id).values(claim=None, ready_at=ready_at))
 
 
+@dataclass(frozen=True)
+class Backlog:
+    missions: int
+    """That are not done; one more than was asked for, where there are more than that."""
+    oldest_s: float
+    """For how long the lane that is next has been ready."""
+
+
+def backlog(tx: Transaction, most: int) -> Backlog:
+    some = sa.select(sa.literal(1)).select_from(mission).where(mission.c.status != "done").limit(most + 1)
+    missions = tx.execute(sa.select(sa.func.count()).select_from(some.subquery())).scalar_one()
+    ready_in = seconds_to_next(tx)
+    return Backlog(missions, 0.0 if ready_in is None else max(-ready_in, 0.0))
+
+
 def seconds_to_next(tx: Transaction) -> float | None:
     """Until a lane becomes ready (negative: it is); None where all rest."""
     seconds: float | None = tx.execute(sa.select(sa.func.min(lane.c.ready_at) - clock.seconds(tx))).scalar()
@@ -123,4 +138,4 @@ def _next_mission(map_id: int) -> sa.Select[int]:
 
 def expire(tx: Transaction, map_id: int) -> None:
     """Ends a lease at once, for those who know that its worker is gone."""
-    tx.execute(sa.update(lane).where(lane.c.map_id == map_id, lane.c.claim.is_not(None)).values(ready_at=0.0))
+    tx.execute(sa.update(lane).where(lane.c.map_id == map_id, lane.c.claim.is_not(None)).values(ready_at=clock.seconds(tx)))

@@ -1,5 +1,6 @@
 """Brings a database to the newest schema. The steps lie in `migrations/` beside `server/`, and inside an installed package."""
 
+from functools import cache
 from pathlib import Path
 
 import sqlalchemy as sa
@@ -11,7 +12,7 @@ from alembic.script import ScriptDirectory
 from stillroom.store.database import Database, Transaction
 
 _PACKAGE = Path(__file__).parents[1]
-_LOCK = 0x57112
+_LOCK = 0x57113
 """On PostgreSQL, whoever migrates holds it."""
 
 
@@ -33,10 +34,24 @@ def migrate(database: Database, revision: str = "head") -> None:
     with database.write() as tx:
         if database.is_postgresql:
             tx.execute(sa.select(sa.func.pg_advisory_xact_lock(_LOCK)))
-        command.upgrade(config(tx), revision)
+        if not _is_newer(MigrationContext.configure(tx).get_current_revision()):
+            command.upgrade(config(tx), revision)
 
 
 def is_current(tx: Transaction) -> bool:
-    """Whether the database is at the newest schema that this program knows."""
-    newest = ScriptDirectory.from_config(config()).get_current_head()
-    return MigrationContext.configure(tx).get_current_revision() == newest
+    """Whether the database is at the newest schema that this program knows, or at a newer one.
+
+    A newer one has what this program needs: what is taken away is taken away a version later (docs/operations.md).
+    """
+    found = MigrationContext.configure(tx).get_current_revision()
+    return found == _known()[0] or _is_newer(found)
+
+
+def _is_newer(revision: str | None) -> bool:
+    return revision is not None and revision not in _known()
+
+
+@cache
+def _known() -> tuple[str, ...]:
+    """All steps, the newest first."""
+    return tuple(step.revision for step in ScriptDirectory.from_config(config()).walk_revisions())
