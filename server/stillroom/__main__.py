@@ -10,7 +10,15 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from stillroom import __version__, file_commands, fleet_commands, logs, simulation_commands, upkeep_commands
+from stillroom import (
+    __version__,
+    file_commands,
+    fleet_commands,
+    logs,
+    privacy_commands,
+    simulation_commands,
+    upkeep_commands,
+)
 from stillroom.arguments import Command, add_command, count, positive
 from stillroom.settings import InvalidSetting, Settings
 
@@ -40,6 +48,7 @@ def parser() -> argparse.ArgumentParser:
     _add_service(commands)
     _add_people(commands)
     file_commands.add_commands(commands)
+    privacy_commands.add_commands(commands)
     _add_simulation(commands)
     simulation_commands.add_commands(commands)
     fleet_commands.add_commands(commands)

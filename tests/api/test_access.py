@@ -45,6 +45,8 @@ OF_ROBOTS = {
     f"GET {ROBOT}/test": "manage",
     f"PUT {ROBOT}/test": "manage",
     f"DELETE {ROBOT}/maps": "manage",
+    f"GET {ROBOT}/archive": "manage",
+    f"POST {ROBOT}/archive": "manage",
     f"GET {MAP}": "read",
     f"PATCH {MAP}": "edit",
     f"GET {MAP}/versions": "read",

@@ -1,11 +1,13 @@
-"""No request is larger than 32 MiB."""
+"""No request is larger than 32 MiB, but for archives."""
 
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 MAX_BODY = 32 * 2**20
-_MAX_DISCARDED = 2 * MAX_BODY
+MAX_ARCHIVE = 512 * 2**20
+_ARCHIVES = "/archive"
+"""What paths of requests that bring an archive end with. They are not read before it is known who sends them."""
 
 
 class BodyLimit:
@@ -22,6 +24,7 @@ class BodyLimit:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
+        limit = MAX_ARCHIVE if scope["path"].endswith(_ARCHIVES) else MAX_BODY
         announced = Headers(scope=scope).get("Content-Length", "")
         received = 0
 
@@ -29,11 +32,11 @@ class BodyLimit:
             nonlocal received
             message = await receive()
             received += len(message.get("body", b""))
-            if received > MAX_BODY or (announced.isdecimal() and int(announced) > MAX_BODY):
-                while message.get("more_body") and received < _MAX_DISCARDED:
+            if received > limit or (announced.isdecimal() and int(announced) > limit):
+                while message.get("more_body") and received < 2 * MAX_BODY:
                     message = await receive()
                     received += len(message.get("body", b""))
-                raise HTTPException(413, f"A body has at most {MAX_BODY} bytes.")
+                raise HTTPException(413, f"A body has at most {limit} bytes.")
             return message
 
         await self._app(scope, receive_within_limit, send)

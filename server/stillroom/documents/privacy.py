@@ -3,6 +3,15 @@
 from stillroom.documents.geojson import Document
 
 
+class Imported(Document):
+    """What an archive brought."""
+
+    robot: str
+    maps: list[str]
+    versions: int
+    missions: int
+
+
 class Erased(Document):
     """What there was, and is not any more."""
 

@@ -5,7 +5,7 @@ from secrets import token_urlsafe
 import structlog
 
 from stillroom.documents.privacy import Erased
-from stillroom.errors import Fault, InvalidInput
+from stillroom.errors import Fault, InvalidInput, NotFound
 from stillroom.service.access import Person, signature
 from stillroom.service.fleet import counting
 from stillroom.service.people.tokens import hash_of
@@ -76,7 +76,8 @@ def _check(confirm: str | None, name: str) -> None:
 
 
 def _erase(tx: Transaction, robot_id: str) -> Erased:
-    robots.lock(tx, robot_id)
+    if robots.lock(tx, robot_id) is None:
+        raise NotFound(f"There is no robot {robot_id}.")
     map_ids = robots.map_ids(tx, robot_id)
     for map_id in map_ids:  # whoever works on one is done, or finds it gone
         lanes.lock(tx, map_id)

@@ -61,6 +61,11 @@ def find_mission(tx: Transaction, robot_id: str, map_name: str, key: str) -> tup
     return of, row
 
 
+def mission_document(of: MapRow, row: MissionRow) -> api.MissionDocument:
+    """Without what became of it since."""
+    return _document(of, row, [], None)
+
+
 def _documents(tx: Transaction, of: MapRow, rows: Sequence[MissionRow]) -> list[api.MissionDocument]:
     parked = [row.id for row in rows if row.outcome == "parked"]
     placed = missions.placements(tx, parked) if parked else {}

@@ -115,6 +115,7 @@ def miscounted(tx: Transaction) -> Iterator[tuple[int, str]]:
         mission.c.base_version.is_not(None),
         mission.c.placed_from.is_(None),
         mission.c.outcome.in_(COUNTED),
+        mission.c.attempts > 0,  # else it was processed elsewhere, and came in an archive
     )
     waits = sa.exists().where(uncounted.c.mission_id == mission.c.id)
     is_there = sa.exists().where(counted.c.mission_id == mission.c.id)
