@@ -1,6 +1,6 @@
 import { type UseQueryResult, useQuery } from "@tanstack/react-query";
 import { lazy, type ReactNode, Suspense } from "react";
-import { Route, Switch, useRoute } from "wouter";
+import { Route, Switch, useLocation, useRoute } from "wouter";
 import { isSignedOut } from "./api/client";
 import { Live } from "./api/live";
 import { robotsQuery, sessionQuery } from "./api/queries";
@@ -8,7 +8,17 @@ import { Header } from "./Header";
 import { MapsPage } from "./pages/MapsPage";
 import { SignedOutPage } from "./pages/SignedOutPage";
 import { Failure, Loading, Nothing } from "./pages/states";
-import { FLEET_PATH, QUESTIONS_PATH, SETTINGS_PATH } from "./paths";
+import {
+  ACCOUNT_PATH,
+  FLEET_PATH,
+  FORGOTTEN_PATH,
+  HOME_PATH,
+  INVITATION_PATH,
+  NEW_PASSWORD_PATH,
+  OPERATOR_PATH,
+  QUESTIONS_PATH,
+  SETTINGS_PATH,
+} from "./paths";
 import { texts } from "./texts";
 
 // The map page brings the map library along, which the list of maps has no need of.
@@ -17,10 +27,31 @@ const QuestionsPage = lazy(() => import("./pages/QuestionsPage"));
 const SettingsPage = lazy(() => import("./settings/SettingsPage"));
 const ReviewPage = lazy(() => import("./review/ReviewPage"));
 const FleetPages = lazy(() => import("./fleet/FleetPages"));
+const PeoplePages = lazy(() => import("./people/PeoplePages"));
+const ForgottenPage = lazy(async () => ({ default: (await import("./people/OpenPages")).ForgottenPage }));
+const LinkPage = lazy(async () => ({ default: (await import("./people/OpenPages")).LinkPage }));
+const OPEN: readonly string[] = [FORGOTTEN_PATH, INVITATION_PATH, NEW_PASSWORD_PATH];
+const OF_PEOPLE: readonly string[] = [ACCOUNT_PATH, HOME_PATH, OPERATOR_PATH];
 
 export function App() {
   const [ofFleet] = useRoute(`${FLEET_PATH}/*?`);
+  const [path] = useLocation();
+  if (OPEN.includes(path)) return <Open path={path} />;
+  if (OF_PEOPLE.includes(path)) return <People />;
   return ofFleet ? <Fleet /> : <Homes />;
+}
+
+/** For whoever is not signed in. */
+function Open({ path }: { readonly path: string }) {
+  return (
+    <Page>
+      <Suspense fallback={<Loading />}>{path === FORGOTTEN_PATH ? <ForgottenPage /> : <LinkPage />}</Suspense>
+    </Page>
+  );
+}
+
+function People() {
+  return <SignedIn asked={useQuery(sessionQuery)}>{() => <PeoplePages />}</SignedIn>;
 }
 
 /** Without the list of robots: a fleet has too many. */

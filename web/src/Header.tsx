@@ -1,13 +1,11 @@
 import { ActionIcon, useMantineColorScheme } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
-import { useState } from "react";
 import { Link } from "wouter";
-import { api } from "./api/client";
 import { useConnection } from "./api/live";
 import { questionsQuery, sessionQuery } from "./api/queries";
 import classes from "./Header.module.css";
 import { Icon } from "./icons";
-import { FLEET_PATH, QUESTIONS_PATH } from "./paths";
+import { ACCOUNT_PATH, FLEET_PATH, QUESTIONS_PATH } from "./paths";
 import { switchLanguage, texts } from "./texts";
 
 const NEXT = { auto: "light", light: "dark", dark: "auto" } as const;
@@ -35,7 +33,7 @@ export function Header({ live }: { readonly live: boolean }) {
           {texts.language.short}
         </button>
         <SchemeSwitch />
-        {live && <SignOut />}
+        {live && <AccountLink />}
       </div>
     </header>
   );
@@ -54,7 +52,7 @@ function ConnectionState() {
 /** For whoever runs the fleet; owners have no use for it. */
 function FleetLink() {
   const { data } = useQuery(sessionQuery);
-  if (data?.kind !== "operator") return null;
+  if (!data?.may.includes("figures")) return null;
   return (
     <Link href={FLEET_PATH} className={classes.questions} aria-label={texts.fleet} title={texts.fleet}>
       <Icon name="chart" />
@@ -93,32 +91,11 @@ function SchemeSwitch() {
   );
 }
 
-function SignOut() {
-  const [failed, setFailed] = useState(false);
-  const signOut = async () => {
-    const answer = await api.DELETE("/api/v1/session").catch(() => null);
-    // A page that is loaded anew has nothing of the home in its memory.
-    if (answer && (answer.response.ok || answer.response.status === 401)) location.assign("/");
-    else setFailed(true);
-  };
+/** Where one's password, browsers and home are, and the way out. */
+function AccountLink() {
   return (
-    <>
-      <ActionIcon
-        variant="subtle"
-        color="gray"
-        size={44}
-        className={classes.scheme}
-        aria-label={texts.signOut.label}
-        title={texts.signOut.label}
-        onClick={() => void signOut()}
-      >
-        <Icon name="leave" />
-      </ActionIcon>
-      {failed && (
-        <p className={classes.failed} role="alert">
-          {texts.signOut.failed}
-        </p>
-      )}
-    </>
+    <Link href={ACCOUNT_PATH} className={classes.questions} aria-label={texts.account} title={texts.account}>
+      <Icon name="person" />
+    </Link>
   );
 }

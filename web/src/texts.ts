@@ -4,6 +4,7 @@ import { setLocale } from "./numbers";
 import { en } from "./texts/en";
 import type { editorEn } from "./texts/en.editor";
 import type { fleetEn } from "./texts/en.fleet";
+import type { peopleEn } from "./texts/en.people";
 import type { reviewEn } from "./texts/en.review";
 import type { settingsEn } from "./texts/en.settings";
 
@@ -13,6 +14,7 @@ export type Texts = typeof en;
 export type ConflictTexts = Readonly<Record<string, (rooms: string, percent: number) => string>>;
 export type EditorTexts = typeof editorEn;
 export type FleetTexts = typeof fleetEn;
+export type PeopleTexts = typeof peopleEn;
 export type ReviewTexts = typeof reviewEn;
 export type SettingsTexts = typeof settingsEn;
 export type Language = "en" | "de";

@@ -17,7 +17,7 @@ export default function FleetPages() {
   const { search } = useFilters();
   const [path] = useLocation();
   if (!data) return <Loading />;
-  if (data.kind !== "operator") {
+  if (!data.may.includes("figures")) {
     return (
       <Notice title={fleetTexts.onlyTitle}>
         <p>{fleetTexts.only}</p>

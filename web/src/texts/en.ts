@@ -13,6 +13,7 @@ export const en = {
   skip: "Skip to the content",
   notFound: { title: "Nothing here", text: "There is no page at this address.", back: "Back to all maps" },
   fleet: "Fleet: how often updates fail",
+  account: "Your account",
   retry: "Try again",
   loading: "Loading",
   language: { label: "EN: English. Switch to German.", short: "EN" },
@@ -30,6 +31,7 @@ export const en = {
   signedOut: {
     title: "Come on in",
     lead: "These maps show the inside of people's homes, so you need to sign in first.",
+    byLink: "Sign in with a one-time link",
     start: "Open the one-time link that the service printed when it was started:",
     again: "Is that link used up or out of reach? Make another on the machine that runs the service:",
     once: "Each link lets one browser in, once.",
@@ -136,6 +138,7 @@ export const en = {
       edit: "Edited",
       decision: "A decision was taken",
       restore: "An earlier version was restored",
+      rollback: "A trial was taken back",
       import: "Imported",
     } satisfies Record<Cause, string>,
     mission: (id: string) => `mission ${id}`,

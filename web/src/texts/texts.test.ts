@@ -1,9 +1,11 @@
 import { describe, expect, it } from "vitest";
 import { de, editorDe, reviewDe, settingsDe } from "./de";
 import { fleetDe } from "./de.fleet";
+import { peopleDe } from "./de.people";
 import { en } from "./en";
 import { editorEn } from "./en.editor";
 import { fleetEn } from "./en.fleet";
+import { peopleEn } from "./en.people";
 import { reviewEn } from "./en.review";
 import { settingsEn } from "./en.settings";
 
@@ -49,6 +51,7 @@ describe.each([
   ["the review page", reviewEn, reviewDe],
   ["messages", settingsEn, settingsDe],
   ["the fleet", fleetEn, fleetDe],
+  ["people", peopleEn, peopleDe],
 ])("the texts of %s", (_, english, german) => {
   it("are the same ones in both languages, and none is left untranslated", () => {
     const [one, other] = [leaves(english), leaves(german)];
