@@ -6,8 +6,12 @@ import { CausePage } from "./CausePage";
 import { CausesPage } from "./CausesPage";
 import classes from "./Fleet.module.css";
 import { InspectorPage } from "./InspectorPage";
+import { OperationsPage } from "./OperationsPage";
 import { OverviewPage } from "./OverviewPage";
-import { CAUSES_PATH, OVERVIEW_PATH, withSearch } from "./paths";
+import { CAUSES_PATH, OPERATIONS_PATH, OVERVIEW_PATH, REPLAYS_PATH, ROLLOUTS_PATH, withSearch } from "./paths";
+import { ReplayPage } from "./ReplayPage";
+import { RolloutPage } from "./RolloutPage";
+import { RolloutsPage } from "./RolloutsPage";
 import { fleetTexts } from "./texts";
 import { useFilters } from "./useFilters";
 
@@ -34,6 +38,8 @@ export default function FleetPages() {
       <nav className={classes.tabs} aria-label={fleetTexts.pages}>
         {tab(OVERVIEW_PATH, fleetTexts.overview, path === OVERVIEW_PATH)}
         {tab(CAUSES_PATH, fleetTexts.causes, path.startsWith(CAUSES_PATH))}
+        {tab(ROLLOUTS_PATH, fleetTexts.rollouts.title, path.startsWith(ROLLOUTS_PATH) || path.startsWith(REPLAYS_PATH))}
+        {tab(OPERATIONS_PATH, fleetTexts.rollouts.operations, path === OPERATIONS_PATH)}
       </nav>
       <Switch>
         <Route path={OVERVIEW_PATH}>
@@ -43,6 +49,14 @@ export default function FleetPages() {
           <CausesPage />
         </Route>
         <Route path={`${CAUSES_PATH}/:id`}>{({ id }) => <CausePage key={id} id={id} />}</Route>
+        <Route path={ROLLOUTS_PATH}>
+          <RolloutsPage />
+        </Route>
+        <Route path={`${ROLLOUTS_PATH}/:name`}>{({ name }) => <RolloutPage key={name} name={name} />}</Route>
+        <Route path={`${REPLAYS_PATH}/:name`}>{({ name }) => <ReplayPage key={name} name={name} />}</Route>
+        <Route path={OPERATIONS_PATH}>
+          <OperationsPage />
+        </Route>
         <Route path={`${OVERVIEW_PATH}/robots/:robot/maps/:map/missions/:mission`}>
           {({ robot, map, mission }) => <InspectorPage robot={robot} map={map} mission={mission} />}
         </Route>

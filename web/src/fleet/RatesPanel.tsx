@@ -6,7 +6,7 @@ import { axisEnd, day, interval, percent, shortDay, whole } from "./figures";
 import { daysBetween, during, every, type Filters, searchOf, shifted } from "./filters";
 import { LineSample, LOOKS, outline, ROWS, type Row, type Shape } from "./marks";
 import { Panel, Table, TableSwitch } from "./Panel";
-import { causesPath, csvPath, OVERVIEW_PATH, withSearch } from "./paths";
+import { causesPath, OVERVIEW_PATH, ratesPath, withSearch } from "./paths";
 import type { RateRow, Rates } from "./queries";
 import { type Drawing, type Ink, TimeChart } from "./TimeChart";
 import { fleetTexts } from "./texts";
@@ -61,8 +61,11 @@ export function RatesPanel({ rates, filters }: Props) {
       lead={fleetTexts.rates.lead}
       tools={
         <>
-          <a href={csvPath(filters, rates.group_by)} download>
+          <a href={ratesPath(filters, rates.group_by, "csv")} download>
             {fleetTexts.rates.csv}
+          </a>
+          <a href={ratesPath(filters, rates.group_by, "parquet")} download>
+            {fleetTexts.rates.parquet}
           </a>
           <TableSwitch on={asTable} onChange={setAsTable} />
         </>

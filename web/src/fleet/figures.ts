@@ -20,6 +20,12 @@ export function interval([low, high]: Interval): string {
   return fleetTexts.between(number.format(100 * low), number.format(100 * high));
 }
 
+/** A difference of shares in points: 0.0123 as "1.2". */
+export function points(difference: number): string {
+  const how = { minimumFractionDigits: 1, maximumFractionDigits: 1, signDisplay: "negative" } as const;
+  return new Intl.NumberFormat(currentLocale(), how).format(100 * difference);
+}
+
 export const whole = (n: number): string => new Intl.NumberFormat(currentLocale()).format(n);
 
 export const day = (iso: string): string => dated(iso, { dateStyle: "medium" });

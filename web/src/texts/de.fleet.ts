@@ -2,9 +2,11 @@
 
 import { count } from "../numbers";
 import type { FleetTexts } from "../texts";
+import { rolloutsDe } from "./de.rollouts";
 
 export const fleetDe: FleetTexts = {
   title: "Flotte",
+  rollouts: rolloutsDe,
   pages: "Seiten der Flotte",
   overview: "Überblick",
   causes: "Ursachen",
@@ -59,6 +61,7 @@ export const fleetDe: FleetTexts = {
     title: "Fahrten, die misslingen",
     lead: "Anteil der Fahrten, die nur mit Übertragung misslungen wären, und mit dem, was sie heilt; die Bänder sind 95-%-Intervalle, die berücksichtigen, dass sich Fahrten eines Roboters gleichen.",
     csv: "Als CSV",
+    parquet: "Als Parquet",
     label: (first, last) => `Fehlerraten mit 95-%-Intervallen vom ${first} bis ${last}`,
   },
   today: {

@@ -1,9 +1,11 @@
 /** What the pages for fleet engineers say, in English. */
 
 import { count } from "../numbers";
+import { rolloutsEn } from "./en.rollouts";
 
 export const fleetEn = {
   title: "Fleet",
+  rollouts: rolloutsEn,
   pages: "Pages of the fleet",
   overview: "Overview",
   causes: "Causes",
@@ -58,6 +60,7 @@ export const fleetEn = {
     title: "Missions that fail",
     lead: "Share of missions that would have failed with transfer alone, and with what mends them; bands are 95 % intervals, which allow for missions of one robot being alike.",
     csv: "As CSV",
+    parquet: "As Parquet",
     label: (first: string, last: string) => `Failure rates with 95 % intervals from ${first} to ${last}`,
   },
   today: {
