@@ -93,10 +93,9 @@ function Sure({ name, pending, yes, no }: SureProps) {
   const cancel = useRef<HTMLButtonElement>(null);
   useEffect(() => cancel.current?.focus(), []);
   return (
-    <div role="group" aria-label={words.giveUpTitle(name)}>
-      <p>
-        <strong>{words.giveUpTitle(name)}</strong> {words.giveUpText}
-      </p>
+    <fieldset className={classes.choices}>
+      <legend>{words.giveUpTitle(name)}</legend>
+      <p>{words.giveUpText}</p>
       <div className={classes.actions}>
         <Button ref={cancel} mih={44} variant="default" onClick={no}>
           {words.cancel}
@@ -105,7 +104,7 @@ function Sure({ name, pending, yes, no }: SureProps) {
           {words.giveUpYes}
         </Button>
       </div>
-    </div>
+    </fieldset>
   );
 }
 

@@ -68,8 +68,8 @@ interface FormProps {
   readonly onSubmit: () => void;
   readonly submit: string;
   readonly pending: boolean;
-  readonly error?: Error | null;
-  readonly problems?: Readonly<Record<number, string>>;
+  readonly error?: Error | null | undefined;
+  readonly problems?: Readonly<Record<number, string>> | undefined;
   readonly label?: string;
   readonly children: ReactNode;
 }
@@ -91,8 +91,8 @@ export function Form({ onSubmit, submit, pending, error, problems, label, childr
 }
 
 interface TroubleProps {
-  readonly error?: Error | null;
-  readonly problems?: Readonly<Record<number, string>>;
+  readonly error?: Error | null | undefined;
+  readonly problems?: Readonly<Record<number, string>> | undefined;
 }
 
 export function Trouble({ error, problems }: TroubleProps) {
