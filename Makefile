@@ -6,7 +6,7 @@ NPM := $(if $(shell npm --version 2>/dev/null | grep -E '^([1-9]|10)[.]'),npx --
 WEB_SOURCES := $(shell git ls-files web 2>/dev/null || find web -type f -not -path '*/node_modules/*')
 PORT ?= 8000
 
-.PHONY: help setup run test check fuzz bench bench-registration bench-browser bench-fleet bench-segmentation bench-updates fit-cuts load chaos soak client browser
+.PHONY: help setup run test check fuzz audit bench bench-registration bench-browser bench-fleet bench-segmentation bench-updates fit-cuts load chaos soak client browser
 
 help:  ## what can be made
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -29,6 +29,11 @@ test: check browser  ## everything that must hold
 
 fuzz: setup  ## ask the whole API, and feed every reader, with what nobody sends by mistake, for 10 minutes each
 	STILLROOM_FUZZ_S=600 $(BIN)/pytest tests/fuzz
+
+audit: setup  ## known holes of dependencies; asks the registries' advisory services, and fails where they do not answer
+	@$(BIN)/python -m venv .venv/audit && .venv/audit/bin/pip install --quiet pip-audit
+	.venv/audit/bin/pip-audit --strict --requirement constraints.txt --no-deps --disable-pip || { echo "audit: there are known holes, or the advisory service did not answer (see above)" >&2; exit 1; }
+	cd web && $(NPM) audit --audit-level=low || { echo "audit: there are known holes, or the registry has no advisory service (see above)" >&2; exit 1; }
 
 bench: setup  ## times of the pipeline's stages, of an upload over HTTP, and uploads a second
 	$(BIN)/stillroom bench

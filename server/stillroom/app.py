@@ -6,8 +6,6 @@ from functools import partial
 from pathlib import Path
 
 from fastapi import FastAPI
-from starlette.datastructures import MutableHeaders
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from stillroom import __version__
 from stillroom.api import (
@@ -37,19 +35,12 @@ from stillroom.api import (
 from stillroom.api.body_limit import BodyLimit
 from stillroom.api.context import Parts
 from stillroom.api.intake import IntakeGate
+from stillroom.api.protection import FairShare, SecurityHeaders
 from stillroom.api.request_log import RequestLog
 from stillroom.service.signals import Signals
 from stillroom.settings import Settings
 
 STATIC = Path(__file__).parent / "static"
-SECURITY_HEADERS = {
-    "Content-Security-Policy": (
-        "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; connect-src 'self'; "
-        "object-src 'none'; base-uri 'self'; frame-ancestors 'none'; form-action 'self'"
-    ),
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "same-origin",
-}
 
 
 def create_app(settings: Settings, signals: Signals | None = None, static: Path = STATIC) -> FastAPI:
@@ -76,6 +67,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
     problems.install(app)
     app.add_middleware(BodyLimit)
     app.add_middleware(IntakeGate, intake=parts.intake)
+    app.add_middleware(FairShare)
     app.add_middleware(SecurityHeaders)
     app.add_middleware(RequestLog)
     for part in (
@@ -111,20 +103,3 @@ async def _listening(parts: Parts, _app: FastAPI) -> AsyncIterator[None]:
     """While the app runs, it hears what other processes do to the same database."""
     with parts.database.listening(parts.signals.hear, parts.signals.catch_up):
         yield
-
-
-class SecurityHeaders:
-    """Adds the headers to every answer; streams pass untouched."""
-
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        async def send_with_headers(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                headers = MutableHeaders(scope=message)
-                for name, value in SECURITY_HEADERS.items():
-                    headers.setdefault(name, value)
-            await send(message)
-
-        await self._app(scope, receive, send_with_headers)

@@ -16,11 +16,21 @@ class _StandardError:
         sys.stderr.flush()
 
 
+def _visible(_logger: object, _method: str, event: structlog.typing.EventDict) -> structlog.typing.EventDict:
+    """What strangers wrote can't move the cursor, nor begin a line that looks like another's; JSON does that by itself."""
+    return {name: _escaped(value) if isinstance(value, str) else value for name, value in event.items()}
+
+
+def _escaped(text: str) -> str:
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 def configure() -> None:
     """For people at a terminal, JSON for everybody else."""
     if sys.stderr.isatty():
         render: list[structlog.typing.Processor] = [
-            structlog.dev.ConsoleRenderer(exception_formatter=structlog.dev.plain_traceback)
+            _visible,
+            structlog.dev.ConsoleRenderer(exception_formatter=structlog.dev.plain_traceback),
         ]
     else:
         render = [structlog.processors.format_exc_info, structlog.processors.JSONRenderer()]

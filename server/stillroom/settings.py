@@ -88,9 +88,9 @@ class Settings:
         data_dir = Path(environment.get("STILLROOM_DATA_DIR") or "data").absolute()
         return Settings(
             data_dir=data_dir,
-            database_url=environment.get("STILLROOM_DATABASE_URL") or f"sqlite:///{data_dir / 'stillroom.sqlite'}",
+            database_url=_secret(environment, "STILLROOM_DATABASE_URL") or f"sqlite:///{data_dir / 'stillroom.sqlite'}",
             grid_store_url=_grid_store(environment.get("STILLROOM_GRID_STORE_URL") or str(data_dir / "grids")),
-            admin_token=environment.get("STILLROOM_ADMIN_TOKEN") or None,
+            admin_token=_secret(environment, "STILLROOM_ADMIN_TOKEN"),
             resolvers=_resolvers(environment.get("STILLROOM_RESOLVERS") or _ALL_RESOLVERS),
             messaging=_messaging(environment),
             queue=QueueLimits(

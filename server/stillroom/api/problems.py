@@ -133,7 +133,7 @@ async def _http_error(request: Request, error: Exception) -> Response:
         slug=phrase.lower().replace(" ", "-"),
         title=phrase,
         detail=str(error.detail),
-        retryable=error.status_code in (429, 503),
+        retryable=error.status_code in (408, 429, 503),
         headers=error.headers,
     )
 

@@ -12,7 +12,7 @@ from stillroom.documents.missions import MissionMeta
 
 _TO_CALLERS = (401, 403, 404, 422, 429, 503)
 """What any route of the API may answer, beside what it is for."""
-_TO_SENDERS = (413,)
+_TO_SENDERS = (408, 413)
 _TO_ALL = {"/healthz": (), "/readyz": (503,), "/metrics": (503,)}
 """Routes that ask nobody who they are."""
 _MAP = "/api/v1/robots/{robot}/maps/{map}"
@@ -44,6 +44,7 @@ _WORDS = {
     401: "No valid credential",
     403: "Not allowed for this caller",
     404: "There is no such thing",
+    408: "The rest of the body did not come",
     409: "It is there already, or was decided otherwise",
     412: "The map has a newer version",
     413: "Larger than the limit",

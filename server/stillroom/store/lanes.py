@@ -138,4 +138,6 @@ def _next_mission(map_id: int) -> sa.Select[int]:
 
 def expire(tx: Transaction, map_id: int) -> None:
     """Ends a lease at once, for those who know that its worker is gone."""
-    tx.execute(sa.update(lane).where(lane.c.map_id == map_id, lane.c.claim.is_not(None)).values(ready_at=clock.seconds(tx)))
+    tx.execute(
+        sa.update(lane).where(lane.c.map_id == map_id, lane.c.claim.is_not(None)).values(ready_at=clock.seconds(tx))
+    )
