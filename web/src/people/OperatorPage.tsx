@@ -245,7 +245,7 @@ function Invite() {
       onSubmit={() => invite.mutate()}
     >
       <Field label={peopleTexts.email} type="email" required value={email} onValue={setEmail} />
-      <Choice<DutyChoice> label={words.dutyOf("…")} value={duty} options={words.duty} onValue={setDuty} />
+      <Choice<DutyChoice> label={words.asDuty} value={duty} options={words.duty} onValue={setDuty} />
       {invite.data && <Handed link={invite.data} />}
     </Form>
   );

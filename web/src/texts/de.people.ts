@@ -174,6 +174,7 @@ export const peopleDe: PeopleTexts = {
     rekeyOf: (robot) => `Neues Token: ${robot}`,
     accounts: "Konten",
     duty: { none: "Keine Aufgabe", engineer: "Flottentechnik", operator: "Betreiber" },
+    asDuty: "Mit der Aufgabe",
     dutyOf: (email) => `Aufgabe von ${email}`,
     off: "abgeschaltet",
     switchOff: "Abschalten",

@@ -173,6 +173,7 @@ export const peopleEn = {
     rekeyOf: (robot: string) => `New token: ${robot}`,
     accounts: "Accounts",
     duty: { none: "No duty", engineer: "Fleet engineer", operator: "Operator" },
+    asDuty: "With the duty",
     dutyOf: (email: string) => `Duty of ${email}`,
     off: "switched off",
     switchOff: "Switch off",
