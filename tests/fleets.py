@@ -4,14 +4,18 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, date, datetime, timedelta
 from itertools import count
+from typing import Any
 
 import sqlalchemy as sa
 
-from stillroom.store import conflicts, missions, robots
+from stillroom.service.fleet.counting import catch_up
+from stillroom.store import conflicts, missions, robots, rollouts, seeding
 from stillroom.store import maps as map_store
 from stillroom.store.conflicts import NewConflict, NewSighting
 from stillroom.store.database import Database
+from stillroom.store.fleet_tables import rolled, rollout, uncounted
 from stillroom.store.missions import Finding, NewMission
+from stillroom.store.rollouts import Beside
 from stillroom.store.rows import RobotRow
 from stillroom.store.tables import version
 
@@ -134,3 +138,50 @@ def counts_of(rows: Sequence[object]) -> dict[str, dict[str, int]]:
         document = row if isinstance(row, dict) else row.model_dump()  # type: ignore[attr-defined]
         found[document["key"]] = {name: document[name] for name in names} | document["failed"]
     return found
+
+
+def put_at(database: Database, stage: int) -> None:
+    """The rollout that is running, at so many per cent of homes."""
+    with database.write() as tx:
+        tx.execute(sa.update(rollout).where(rollout.c.state == "running").values(stage=stage))
+
+
+class Arms:
+    """Missions of the rollout that is running as if they had been processed, each in a home of its own."""
+
+    def __init__(self, database: Database) -> None:
+        self.database, self._homes = database, 0
+
+    def add(
+        self,
+        stage: int,
+        candidate: bool,
+        missions: int,
+        failed: int,
+        homes: int | None = None,
+        beside_failed: int | None = None,
+    ) -> None:
+        """The first of each home fail. `homes`: so many in turn, and not one each."""
+        put_at(self.database, stage)
+        names = [f"home-{self._homes + n}" for n in range(homes or missions)]
+        self._homes += len(names)
+        with self.database.write(durable=False) as tx:
+            maps = seeding.add_robots(tx, [(name, name) for name in names], START)
+            rows = [self._row(maps[n % len(maps)], n, n % len(maps) < failed) for n in range(missions)]
+            made = seeding.add_missions(tx, rows)
+            tx.execute(sa.insert(uncounted), [{"mission_id": number} for number in made])
+            running = rollouts.running(tx)
+            assert running is not None
+            same = {"rollout_id": running.id, "stage": stage, "candidate": candidate}
+            tx.execute(sa.insert(rolled), [same | {"mission_id": number} for number in made])
+            for n, number in enumerate(made if beside_failed is not None else []):
+                ok = n >= (beside_failed or 0)
+                rollouts.keep(tx, running.id, number, Beside("updated" if ok else "reverted", ok, ok, ok, 1.0))
+        while catch_up(self.database):
+            pass
+
+    def _row(self, map_id: int, number: int, fails: bool) -> dict[str, Any]:
+        rows = {f"ablation_{row}": not fails for row in ("transfer", "meta_occupancy", "meta_dividers")}
+        outcome = "needs_review" if fails else "updated"
+        same = {"map_id": map_id, "key": str(number), "sequence": number, "meta": {}, "algorithm": "1"}
+        return same | {"received_at": START, "finished_at": START, "outcome": outcome} | rows

@@ -8,16 +8,13 @@ import sqlalchemy as sa
 
 from stillroom import __version__
 from stillroom.service.fleet import judging, variants
-from stillroom.service.fleet.counting import catch_up
 from stillroom.service.fleet.judging import judge
 from stillroom.service.fleet.shadowing import run_next_beside
 from stillroom.service.fleet.variants import is_candidate, variant_for
-from stillroom.store import rollouts, seeding
-from stillroom.store.database import Database
-from stillroom.store.fleet_tables import rolled, rollout, uncounted
-from stillroom.store.rollouts import Beside
+from stillroom.store import rollouts
+from stillroom.store.fleet_tables import rollout
 from tests.conftest import RobotCaller, Service, features
-from tests.fleets import START
+from tests.fleets import Arms, put_at
 from tests.homes import changed, home
 
 ROLLOUTS = "/api/v1/fleet/rollouts"
@@ -41,11 +38,6 @@ def show(service: Service, name: str = "bare") -> Any:
     answer = service.operator.get(f"{ROLLOUTS}/{name}")
     assert answer.status_code == 200, answer.text
     return answer.json()
-
-
-def put_at(database: Database, stage: int) -> None:
-    with database.write() as tx:
-        tx.execute(sa.update(rollout).values(stage=stage))
 
 
 def in_arm(candidate: bool, stage: int = 25, name: str = "bare") -> str:
@@ -176,63 +168,20 @@ def test_what_the_candidate_can_not_process_counts_against_it(
 
 
 @pytest.fixture
-def fleet(service: Service) -> "Arms":
+def fleet(service: Service) -> Arms:
     start(service)
-    return Arms(service)
-
-
-class Arms:
-    """Missions of a rollout as if they had been processed, each in a home of its own."""
-
-    def __init__(self, service: Service) -> None:
-        self.service, self._homes = service, 0
-
-    def add(
-        self,
-        stage: int,
-        candidate: bool,
-        missions: int,
-        failed: int,
-        homes: int | None = None,
-        beside_failed: int | None = None,
-    ) -> None:
-        """The first of each home fail. `homes`: so many in turn, and not one each."""
-        put_at(self.service.database, stage)
-        names = [f"home-{self._homes + n}" for n in range(homes or missions)]
-        self._homes += len(names)
-        with self.service.database.write(durable=False) as tx:
-            maps = seeding.add_robots(tx, [(name, name) for name in names], START)
-            rows = [self._row(maps[n % len(maps)], n, n % len(maps) < failed) for n in range(missions)]
-            made = seeding.add_missions(tx, rows)
-            tx.execute(sa.insert(uncounted), [{"mission_id": number} for number in made])
-            running = rollouts.running(tx)
-            assert running is not None
-            same = {"rollout_id": running.id, "stage": stage, "candidate": candidate}
-            tx.execute(sa.insert(rolled), [same | {"mission_id": number} for number in made])
-            for n, number in enumerate(made if beside_failed is not None else []):
-                ok = n >= (beside_failed or 0)
-                rollouts.keep(tx, running.id, number, Beside("updated" if ok else "reverted", ok, ok, ok, 1.0))
-        while catch_up(self.service.database):
-            pass
-
-    def _row(self, map_id: int, number: int, fails: bool) -> dict[str, Any]:
-        rows = {f"ablation_{row}": not fails for row in ("transfer", "meta_occupancy", "meta_dividers")}
-        outcome = "needs_review" if fails else "updated"
-        same = {"map_id": map_id, "key": str(number), "sequence": number, "meta": {}, "algorithm": "1"}
-        return same | {"received_at": START, "finished_at": START, "outcome": outcome} | rows
-
-    def judged(self) -> Any:
-        judge(self.service.database)
-        return show(self.service)
+    return Arms(service.database)
 
 
 @pytest.mark.parametrize("engine", ["sqlite"])
-def test_seven_failures_against_four_of_300_are_inconclusive_and_it_does_not_go_on(fleet: Arms) -> None:
+def test_seven_failures_against_four_of_300_are_inconclusive_and_it_does_not_go_on(
+    service: Service, fleet: Arms
+) -> None:
     fleet.add(1, False, 300, 4)
     fleet.add(1, True, 299, 7)
-    assert fleet.judged()["looks"] == []  # one mission too few
+    assert show(service)["looks"] == []  # one mission too few
     fleet.add(1, True, 1, 0)
-    found = fleet.judged()
+    found = show(service)
     (gate,), (look,) = found["report"], found["looks"]
     assert (found["verdict"], gate["verdict"], look["missions"], found["next_look"]) == ("inconclusive",) * 2 + (
         300,
@@ -242,56 +191,56 @@ def test_seven_failures_against_four_of_300_are_inconclusive_and_it_does_not_go_
     assert [round(end, 3) for end in gate["new"]["ci95"]] == [0.011, 0.047]
     assert gate["p"] == pytest.approx(0.55, abs=0.01)
     assert gate["more"] is None  # seven against four is just the margin
-    assert post(fleet.service, "bare/advance", 409)["verdict"] == "inconclusive"
-    assert fleet.judged()["looks"] == found["looks"]  # however often it is asked, until there are twice as many
+    assert post(service, "bare/advance", 409)["verdict"] == "inconclusive"
+    assert show(service)["looks"] == found["looks"]  # however often it is asked, until there are twice as many
     assert (found["state"], found["stage"]) == ("running", 1)
 
 
-def test_what_harms_halts_by_itself_and_those_who_run_the_service_are_told(fleet: Arms) -> None:
+def test_what_harms_halts_by_itself_and_those_who_run_the_service_are_told(service: Service, fleet: Arms) -> None:
     hook = {"url": "https://hooks.example.org/x", "scope": "fleet", "types": ["rollout.halted"]}
-    made = fleet.service.operator.request("POST", "/api/v1/webhooks", json=hook)
+    made = service.operator.request("POST", "/api/v1/webhooks", json=hook)
     assert made.status_code == 201, made.text
     fleet.add(25, False, 400, 8)
     fleet.add(25, True, 300, 40)
-    found = fleet.judged()
+    found = show(service)
     assert (found["state"], found["stage"], found["ended_by"]) == ("failed", 25, None)
     assert "13.3 % instead of 2.0 %" in found["reason"]
-    with fleet.service.database.read() as tx:
+    with service.database.read() as tx:
         assert variant_for(tx, in_arm(True), ()).algorithm == __version__
-    (sent,) = fleet.service.operator.get(f"/api/v1/webhooks/{made.json()['id']}/deliveries").json()["items"]
+    (sent,) = service.operator.get(f"/api/v1/webhooks/{made.json()['id']}/deliveries").json()["items"]
     assert (sent["type"], sent["body"]["data"]["rollout"], sent["body"]["data"]["stage"]) == (
         "rollout.halted",
         "bare",
         25,
     )
-    post(fleet.service, "bare/advance", 409)
-    start(fleet.service, name="next")
+    post(service, "bare/advance", 409)
+    start(service, name="next")
 
 
 def test_what_passes_everywhere_is_successful_and_in_force(service: Service) -> None:
     start(service, gates=[GATE | {"margin": 0.03}])
-    fleet = Arms(service)
+    fleet = Arms(service.database)
     fleet.add(0, False, 400, 40, beside_failed=38)
-    assert fleet.judged()["verdict"] == "passed"
-    assert post(fleet.service, "bare/advance")["stage"] == 1
-    assert show(fleet.service)["verdict"] == "waiting"
-    with fleet.service.database.write() as tx:
+    assert show(service)["verdict"] == "passed"
+    assert post(service, "bare/advance")["stage"] == 1
+    assert show(service)["verdict"] == "waiting"
+    with service.database.write() as tx:
         tx.execute(sa.update(rollout).values(automatic=True))
     for stage in (1, 5, 25):
         fleet.add(stage, False, 400, 1)
         fleet.add(stage, True, 400, 1)
-        assert fleet.judged()["stage"] > stage
+        assert show(service)["stage"] > stage
     fleet.add(100, True, 400, 1)
-    found = fleet.judged()
+    found = show(service)
     assert (found["state"], found["in_force"], len(found["looks"])) == ("successful", True, 5)
 
 
 @pytest.mark.parametrize("engine", ["sqlite"])
-def test_missions_of_one_home_do_not_count_as_those_of_many(fleet: Arms) -> None:
+def test_missions_of_one_home_do_not_count_as_those_of_many(service: Service, fleet: Arms) -> None:
     """38 of 304 that failed would halt it; of eight homes, one of which always fails, they say little."""
     fleet.add(25, False, 300, 6)
     fleet.add(25, True, 304, 1, homes=8)
-    found = fleet.judged()
+    found = show(service)
     assert (found["verdict"], found["state"], found["report"][0]["new"]["count"]) == ("inconclusive", "running", 38)
 
 

@@ -94,6 +94,38 @@ def test_what_is_restored_stays_counted_and_one_error_is_one_escape(service: Ser
     assert total(service) == {"missions": 5, "escapes": 2}
 
 
+def test_what_was_deleted_stays_counted_and_what_is_brought_back_is_not_counted_twice(
+    service: Service, mapped: RobotCaller, core: Core
+) -> None:
+    core.planned["2"] = rejected("c2")
+    for key in (1, 2, 3):
+        mapped.upload(str(key), shifted(key))
+    assert service.operator.request("POST", f"{mapped.path()}/versions/2/restore").status_code == 201
+    before = told(service)
+    assert [(row["missions"], row["needs_review"], row["escapes"]) for row in before.values()] == [(3, 1, 1)]
+    archive = service.operator.get(f"/api/v1/robots/{mapped.id}/archive").content
+    service.worker.settle()
+    core.planned["4"] = rejected("c4")
+    mapped.upload("4", shifted(4))  # nobody has counted it when all of it goes
+    gone = service.operator.request("DELETE", f"/api/v1/robots/{mapped.id}/maps?confirm={mapped.id}")
+    assert gone.status_code == 200, gone.text
+    assert recount.recount(service.database) == []
+    after = told(service)
+    assert [(row["missions"], row["needs_review"], row["escapes"]) for row in after.values()] == [(4, 2, 1)]
+    back = service.operator.request(
+        "POST", f"/api/v1/robots/{mapped.id}/archive", {"Content-Type": "application/zip"}, content=archive
+    )
+    assert back.status_code == 201, back.text
+    assert told(service) == after
+    assert mapped.upload("5", shifted(5)).json()["outcome"] == "updated"
+    assert [row["missions"] for row in told(service).values()] == [5]
+
+
+def told(service: Service) -> dict[str, dict[str, float]]:
+    answer = service.operator.get(f"/api/v1/fleet/failure-rates?{YEARS}&group_by=day")
+    return {row["key"]: recount.told(row) for row in answer.json()["items"]}
+
+
 @pytest.fixture
 def set_clock(monkeypatch: pytest.MonkeyPatch) -> Callable[[datetime], None]:
     """What the service takes for the time; the leases of lanes have a clock of their own."""

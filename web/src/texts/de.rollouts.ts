@@ -4,7 +4,7 @@ import { count } from "../numbers";
 import type { rolloutsEn } from "./en.rollouts";
 
 export const rolloutsDe: typeof rolloutsEn = {
-  title: "Rollouts",
+  title: "Einführungen (Rollouts)",
   lead: "Eine andere Einstellung der Pipeline: erst neben der geltenden erprobt, dann in immer mehr Haushalten, und angehalten, wo sie schadet.",
   none: "Es gab noch keinen Rollout.",
   name: "Name",

@@ -79,8 +79,9 @@ def list_rollouts(database: Database, cursor: int | None, limit: int) -> Page[Ro
 
 
 def report(database: Database, name: str) -> RolloutReport:
-    """With what it came to so far. Raises NotFound."""
+    """With what it came to so far; judged anew, where it is time to. Raises NotFound."""
     catch_up(database)
+    judge(database)
     with database.read() as tx:
         row = _find(tx, name)
         looks, found = rollouts.looks(tx, row.id), evidence(tx, row)
