@@ -60,6 +60,12 @@ bench-fleet: setup  ## a dashboard's questions about 1,000,000 missions of 10,00
 load: setup  ## missions a second, and what one costs, on PostgreSQL and an S3 store (LOAD="--rates 30 15 --seconds 60 …")
 	$(BIN)/python -m tests.load.load $(LOAD)
 
+chaos: setup  ## kills of every part under load, a disk that fills up; then stillroom verify (5 minutes; CHAOS="--seconds 60 …")
+	$(BIN)/python -m tests.load.chaos $(CHAOS)
+
+soak: setup  ## an even load for an hour: memory and latency stay flat (SOAK="--seconds 600 …")
+	$(BIN)/python -m tests.load.soak $(SOAK)
+
 client: setup  ## the web app's API client, generated from the service's OpenAPI document
 	cd web && $(NPM) run --silent client
 

@@ -1,19 +1,26 @@
 """Log lines on standard error: one event a line with its values; tracebacks without the values of variables."""
 
 import sys
+from contextlib import suppress
 from typing import TextIO, cast
 
 import structlog
 
 
 class _StandardError:
-    """Standard error as it is when a line is written: who configures logging may have replaced it for a while."""
+    """Standard error as it is when a line is written: who configures logging may have replaced it for a while.
+
+    A line that can't be written is lost: a full disk must not end what only wanted to tell of it.
+    """
 
     def write(self, text: str) -> int:
-        return sys.stderr.write(text)
+        with suppress(OSError):
+            return sys.stderr.write(text)
+        return 0
 
     def flush(self) -> None:
-        sys.stderr.flush()
+        with suppress(OSError):
+            sys.stderr.flush()
 
 
 def _visible(_logger: object, _method: str, event: structlog.typing.EventDict) -> structlog.typing.EventDict:

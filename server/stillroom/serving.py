@@ -21,6 +21,8 @@ from stillroom.store import migrate
 from stillroom.store.database import Database
 
 GRACE_S = 5
+KEEP_ALIVE_S = 75
+"""Longer than proxies keep a connection that they don't use: they should be the ones who end it."""
 
 log = structlog.get_logger()
 
@@ -66,7 +68,13 @@ def serve(settings: Settings, host: str, port: int, worker_count: int) -> None:
     )
     signals.wake_workers, signals.wake_messenger = workers.wake, workers.wake_messenger
     config = uvicorn.Config(
-        app, host=host, port=port, log_level="warning", timeout_graceful_shutdown=GRACE_S, server_header=False
+        app,
+        host=host,
+        port=port,
+        log_level="warning",
+        timeout_graceful_shutdown=GRACE_S,
+        timeout_keep_alive=KEEP_ALIVE_S,
+        server_header=False,
     )
     server = _Server(config, signals, partial(announce, host, port, new_login_link(database), settings))
     signal.signal(signal.SIGTERM, _end)

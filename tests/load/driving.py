@@ -63,6 +63,7 @@ class Driver:
         self._random = random.Random(seed)
         self._pool = ThreadPoolExecutor(len(robots) + 8)
         self._local = threading.local()
+        self._connections: list[http.client.HTTPConnection] = []
 
     def run(self) -> Figures:
         """Until the time is over and every mission was acknowledged."""
@@ -81,6 +82,8 @@ class Driver:
             job.result()
         figures.ended = time.monotonic()
         self._pool.shutdown()
+        for connection in self._connections:
+            connection.close()
         return figures
 
     def _mission(self, robot: LoadRobot, twice: float, late: float) -> None:
@@ -147,6 +150,7 @@ class Driver:
             answer = connection.getresponse()
             content = answer.read()
         except _ERRORS as error:
+            self._connection().close()
             self._local.connection = None
             self._note(f"{method} {type(error).__name__}")
             return 0, {}, {}
@@ -159,7 +163,8 @@ class Driver:
             if answer.status not in (429, 503) or retry is None:
                 with self.figures.lock:
                     self.figures.bad.append(f"{method} {path}: {answer.status} {content[:300]!r}")
-        return answer.status, dict(answer.headers), json.loads(content) if content else {}
+        is_json = answer.headers.get_content_subtype() in ("json", "geo+json", "problem+json")
+        return answer.status, dict(answer.headers), json.loads(content) if is_json else {}
 
     def _connection(self) -> http.client.HTTPConnection:
         """This thread's own; a new one goes to any of the processes."""
@@ -167,6 +172,7 @@ class Driver:
         if found is None:
             found = http.client.HTTPConnection("127.0.0.1", random.choice(self._ports), timeout=self._load.timeout_s)
             self._local.connection = found
+            self._connections.append(found)
         return found
 
     def _note(self, what: str) -> None:
