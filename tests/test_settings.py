@@ -9,7 +9,7 @@ import pytest
 
 from stillroom.__main__ import main
 from stillroom.pipeline.update import RESOLVERS
-from stillroom.settings import InvalidSetting, MailServer, Messaging, Outbound, Settings
+from stillroom.settings import InvalidSetting, MailServer, Messaging, Outbound, Provider, Settings
 
 
 @pytest.mark.parametrize(
@@ -95,3 +95,19 @@ MAIL = {"STILLROOM_SMTP_HOST": "mail.example.org", "STILLROOM_MAIL_FROM": "maps@
 def test_wrong_settings_of_messages_are_refused_and_say_why(environment: dict[str, str], said: str) -> None:
     with pytest.raises(InvalidSetting, match=re.escape(said)):
         Settings.from_environment(environment)
+
+
+def test_an_identity_provider_is_named_whole(tmp_path: Path) -> None:
+    (tmp_path / "secret").write_text("from a file\n")
+    environment = {
+        "STILLROOM_OIDC_ISSUER": "https://id.example.org/",
+        "STILLROOM_OIDC_CLIENT_ID": "stillroom",
+        "STILLROOM_OIDC_CLIENT_SECRET_FILE": str(tmp_path / "secret"),
+        "STILLROOM_OIDC_NAME": "The Company",
+    }
+    provider = Settings.from_environment(environment).provider
+    assert provider == Provider("https://id.example.org", "stillroom", "from a file", "The Company")
+    assert Settings.from_environment({}).provider is None
+    for wrong in ({"STILLROOM_OIDC_CLIENT_ID": ""}, {"STILLROOM_OIDC_ISSUER": "id.example.org"}):
+        with pytest.raises(InvalidSetting, match="STILLROOM_OIDC"):
+            Settings.from_environment(environment | wrong)

@@ -25,6 +25,7 @@ from stillroom.api import (
     people,
     privacy,
     problems,
+    provider,
     robots,
     rollouts,
     schema,
@@ -54,6 +55,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
         signals or Signals(),
         settings.messaging,
         settings.queue,
+        settings.provider,
     )
     app = FastAPI(
         title="stillroom",
@@ -73,6 +75,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
     for part in (
         robots,
         signing_in,
+        provider,
         account,
         homes,
         people,

@@ -13,7 +13,7 @@ import structlog
 import uvicorn
 
 from stillroom.app import create_app
-from stillroom.service.accounts import new_login_link
+from stillroom.service.accounts import has_operator, new_login_link
 from stillroom.service.signals import Signals
 from stillroom.service.workers import Workers
 from stillroom.settings import Settings
@@ -76,7 +76,8 @@ def serve(settings: Settings, host: str, port: int, worker_count: int) -> None:
         timeout_keep_alive=KEEP_ALIVE_S,
         server_header=False,
     )
-    server = _Server(config, signals, partial(announce, host, port, new_login_link(database), settings))
+    link = None if has_operator(database) else new_login_link(database)
+    server = _Server(config, signals, partial(announce, host, port, link, settings))
     signal.signal(signal.SIGTERM, _end)
     try:
         server.run()
@@ -90,10 +91,11 @@ def _end(_signal: int, _frame: FrameType | None) -> None:
     sys.exit(0)
 
 
-def announce(host: str, port: int, link_secret: str, settings: Settings) -> None:
+def announce(host: str, port: int, link_secret: str | None, settings: Settings) -> None:
     base = _url(host, port)
     print(f"stillroom serves {base}", flush=True)
-    print(f"Sign in, once, with this link: {base}/login?token={link_secret}", flush=True)
+    if link_secret is not None:  # afterwards operators sign in like everybody else
+        print(f"Sign in, once, with this link: {base}/login?token={link_secret}", flush=True)
     if settings.admin_token is None:
         print("No operator token: set STILLROOM_ADMIN_TOKEN to use the API as an operator.", flush=True)
 

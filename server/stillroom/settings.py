@@ -69,6 +69,17 @@ class QueueLimits:
 
 
 @dataclass(frozen=True)
+class Provider:
+    """Who signs people in beside this service: an OpenID Connect provider, and what it knows the service by."""
+
+    issuer: str
+    client_id: str
+    client_secret: str | None
+    name: str
+    """What the button says."""
+
+
+@dataclass(frozen=True)
 class Settings:
     data_dir: Path
     database_url: str
@@ -81,6 +92,7 @@ class Settings:
     """How far missions are helped by the meta layer: all of it, or one of the paper's ablation rows."""
     messaging: Messaging = Messaging()
     queue: QueueLimits = QueueLimits()
+    provider: Provider | None = None
 
     @staticmethod
     def from_environment(environment: Mapping[str, str] = os.environ) -> "Settings":
@@ -93,6 +105,7 @@ class Settings:
             admin_token=_secret(environment, "STILLROOM_ADMIN_TOKEN"),
             resolvers=_resolvers(environment.get("STILLROOM_RESOLVERS") or _ALL_RESOLVERS),
             messaging=_messaging(environment),
+            provider=_provider(environment) if environment.get("STILLROOM_OIDC_ISSUER") else None,
             queue=QueueLimits(
                 _number(environment, "STILLROOM_QUEUE_LIMIT", QueueLimits.missions),
                 float(_number(environment, "STILLROOM_QUEUE_AGE", int(QueueLimits.age_s))),
@@ -118,6 +131,18 @@ def _messaging(environment: Mapping[str, str]) -> Messaging:
         public_url=_url(environment["STILLROOM_PUBLIC_URL"]) if environment.get("STILLROOM_PUBLIC_URL") else "",
         mail=_mail_server(environment) if environment.get("STILLROOM_SMTP_HOST") else None,
         outbound=Outbound(tuple(map(_network, networks)), _flag(environment, "STILLROOM_WEBHOOK_HTTP")),
+    )
+
+
+def _provider(environment: Mapping[str, str]) -> Provider:
+    client_id = environment.get("STILLROOM_OIDC_CLIENT_ID")
+    if not client_id:
+        raise InvalidSetting("STILLROOM_OIDC_CLIENT_ID must be what the identity provider knows this service by.")
+    return Provider(
+        issuer=_url(environment["STILLROOM_OIDC_ISSUER"], "STILLROOM_OIDC_ISSUER"),
+        client_id=client_id,
+        client_secret=_secret(environment, "STILLROOM_OIDC_CLIENT_SECRET"),
+        name=environment.get("STILLROOM_OIDC_NAME") or "OpenID Connect",
     )
 
 
@@ -153,10 +178,10 @@ def _secret(environment: Mapping[str, str], name: str) -> str | None:
         raise InvalidSetting(f"{name}_FILE can't be read: {error.strerror}.") from error
 
 
-def _url(value: str) -> str:
+def _url(value: str, name: str = "STILLROOM_PUBLIC_URL") -> str:
     parts = urlsplit(value)
     if parts.scheme not in ("http", "https") or not parts.hostname or parts.query or parts.fragment:
-        raise InvalidSetting(f"STILLROOM_PUBLIC_URL is {value!r}; it must be like https://maps.example.org.")
+        raise InvalidSetting(f"{name} is {value!r}; it must be like https://maps.example.org.")
     return value.rstrip("/")
 
 

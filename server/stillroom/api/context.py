@@ -20,7 +20,7 @@ from stillroom.service.people.sessions import Browser
 from stillroom.service.people.throttling import network
 from stillroom.service.planning import Means
 from stillroom.service.signals import Signals
-from stillroom.settings import Messaging, QueueLimits
+from stillroom.settings import Messaging, Provider, QueueLimits
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
 
@@ -42,6 +42,8 @@ class Parts:
     signals: Signals
     messaging: Messaging
     queue: QueueLimits
+    provider: Provider | None = None
+    """Who else vouches for people."""
 
     @cached_property
     def intake(self) -> Intake:

@@ -44,7 +44,8 @@ def show_caller(who: Caller) -> Response:
 @router.get("/api/v1/sign-in", response_model=Ways)
 def show_ways(service: Service) -> Response:
     """How people can get in, for whoever is not."""
-    return document(Ways(password=True, provider=None, mail=service.messaging.mail is not None))
+    provider = None if service.provider is None else service.provider.name
+    return document(Ways(password=True, provider=provider, mail=service.messaging.mail is not None))
 
 
 @router.post("/api/v1/session", response_model=LinkUsed, dependencies=_FROM_HERE)
@@ -93,7 +94,7 @@ def sign_out(request: Request, service: Service, _who: Caller) -> Response:
 @router.get("/login", include_in_schema=False)
 def sign_in(request: Request, service: Service, token: Annotated[str, Query(max_length=200)]) -> Response:
     """A one-time link's target: on to the page that was wanted."""
-    response = RedirectResponse(_page_wanted(request), 303, {"Referrer-Policy": "no-referrer"})
+    response = RedirectResponse(page_wanted(request), 303, {"Referrer-Policy": "no-referrer"})
     if NEXT_COOKIE in request.cookies:
         response.delete_cookie(NEXT_COOKIE, "/login")
     try:
@@ -117,7 +118,7 @@ def set_cookies(response: Response, made: SignedIn, request: Request, public_url
         response.set_cookie(name, value, max_age=seconds, httponly=True, samesite="lax", secure=secure)
 
 
-def _page_wanted(request: Request) -> str:
-    """A path of this service, whatever the cookie says: never another site's address (`//other`, `/\\other`)."""
+def page_wanted(request: Request) -> str:
+    """Where to go after signing in: a path of this service, whatever the cookie says: never another site's address (`//other`, `/\\other`)."""
     wanted = unquote(request.cookies.get(NEXT_COOKIE, ""))
     return wanted if _OWN_PAGE.fullmatch(wanted) else "/"

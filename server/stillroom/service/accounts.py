@@ -64,6 +64,12 @@ def new_login_link(database: Database, email: str | None = None, life: timedelta
     return secret
 
 
+def has_operator(database: Database) -> bool:
+    """Whether somebody has an account with that duty, and needs no link that is printed."""
+    with database.read() as tx:
+        return bool(people.with_duty(tx, "operator"))
+
+
 def sign_in(database: Database, link_secret: str) -> str:
     """Uses a link up; answers with the session's cookie. Raises Unauthenticated."""
     return follow(database, link_secret, Browser()).session

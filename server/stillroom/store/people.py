@@ -91,6 +91,12 @@ def find_or_add(tx: Transaction, email: str, now: datetime) -> AccountRow:
     return as_row(AccountRow, tx.execute(_ACCOUNT.where(account.c.email == email)).one())
 
 
+def by_subject(tx: Transaction, issuer: str, subject: str) -> AccountRow | None:
+    """As an identity provider knows somebody."""
+    theirs = account.c.issuer == issuer, account.c.subject == subject
+    return as_row_or_none(AccountRow, tx.execute(_ACCOUNT.where(*theirs)).first())
+
+
 def change(tx: Transaction, email: str, values: Mapping[str, Any]) -> None:
     tx.execute(sa.update(account).where(account.c.email == email).values(dict(values)))
 
@@ -175,6 +181,12 @@ def invitations(tx: Transaction, home: str | None, now: datetime) -> Sequence[Li
     to = link.c.home.is_(None) if home is None else link.c.home == home
     query = _LINK.where(link.c.purpose == "invitation", to, *_works(now)).order_by(link.c.created_at, link.c.key)
     return [as_row(LinkRow, row) for row in tx.execute(query)]
+
+
+def invitations_of(tx: Transaction, email: str, now: datetime) -> Sequence[LinkRow]:
+    """That somebody has not accepted yet."""
+    query = _LINK.where(link.c.purpose == "invitation", link.c.email == email, *_works(now))
+    return [as_row(LinkRow, row) for row in tx.execute(query.order_by(link.c.created_at, link.c.key))]
 
 
 def withdraw(tx: Transaction, home: str | None, key: str) -> bool:

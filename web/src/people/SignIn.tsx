@@ -19,14 +19,15 @@ export default function SignIn() {
     // Nothing of whoever was here before stays in the page's memory.
     onSuccess: () => location.reload(),
   });
-  const unknown = new URLSearchParams(location.search).has("uninvited");
+  const asked = new URLSearchParams(location.search);
+  const refused = asked.has("uninvited") ? words.unknown : asked.has("unsure") ? words.unsure : null;
   return (
     <>
       {ways.data?.provider && (
         <>
-          {unknown && (
+          {refused && (
             <p className={classes.trouble} role="alert">
-              {words.unknown}
+              {refused}
             </p>
           )}
           <Button component="a" href="/login/oidc" mih={44}>

@@ -20,6 +20,7 @@ export const peopleDe: PeopleTexts = {
     forgotten: "Passwort vergessen?",
     provider: (name) => `Anmelden mit ${name}`,
     unknown: "Zu dieser E-Mail-Adresse ist hier niemand eingeladen.",
+    unsure: "Mit der Antwort des Identitätsanbieters war nichts anzufangen. Versuchen Sie es noch einmal.",
     or: "oder",
   },
   forgotten: {

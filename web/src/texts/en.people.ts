@@ -18,6 +18,7 @@ export const peopleEn = {
     forgotten: "Forgot the password?",
     provider: (name: string) => `Sign in with ${name}`,
     unknown: "Nobody with this e-mail address is invited here.",
+    unsure: "The identity provider's answer could not be used. Try again.",
     or: "or",
   },
   forgotten: {

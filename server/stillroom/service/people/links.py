@@ -172,13 +172,14 @@ def use(database: Database, secret: str, password: str | None, browser: Browser)
         account = people.find_or_add(tx, email, now)
         if account.disabled_at is not None:
             raise NotFound("This account does not work any more: ask who runs the service.")
-        _apply(tx, row, account, password_hash, now)
+        apply(tx, row, account, password_hash, now)
         if password_hash is None:
             return None
         return sessions.begin(tx, email, "reset" if row.purpose == "reset" else "invitation", browser, key)
 
 
-def _apply(tx: Transaction, row: LinkRow, account: AccountRow, password_hash: str | None, now: datetime) -> None:
+def apply(tx: Transaction, row: LinkRow, account: AccountRow, password_hash: str | None, now: datetime) -> None:
+    """Gives somebody what a link is for."""
     if password_hash is not None:
         people.change(tx, account.email, {"password_hash": password_hash})
         people.end_sessions(tx, account.email)  # whoever knew the old one
