@@ -6,7 +6,7 @@ NPM := $(if $(shell npm --version 2>/dev/null | grep -E '^([1-9]|10)[.]'),npx --
 WEB_SOURCES := $(shell git ls-files web 2>/dev/null || find web -type f -not -path '*/node_modules/*')
 PORT ?= 8000
 
-.PHONY: help setup run test check fuzz audit bench bench-registration bench-browser bench-fleet bench-segmentation bench-updates fit-cuts load chaos soak client browser
+.PHONY: help setup run test check fuzz audit bench bench-registration bench-browser bench-fleet bench-segmentation bench-updates fit-cuts load load-large chaos soak client browser
 
 help:  ## what can be made
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -59,6 +59,9 @@ bench-fleet: setup  ## a dashboard's questions about 1,000,000 missions of 10,00
 
 load: setup  ## missions a second, and what one costs, on PostgreSQL and an S3 store (LOAD="--rates 30 15 --seconds 60 …")
 	$(BIN)/python -m tests.load.load $(LOAD)
+
+load-large: setup  ## an upload beside 1,000,000 missions of 10,000 robots is as fast as beside none
+	$(BIN)/python -m tests.load.large
 
 chaos: setup  ## kills of every part under load, a disk that fills up; then stillroom verify (5 minutes; CHAOS="--seconds 60 …")
 	$(BIN)/python -m tests.load.chaos $(CHAOS)

@@ -18,6 +18,8 @@ from tests.load.robots import Home, LoadRobot, draw_homes
 from tests.load.stack import TOKEN, Stack, busy_others
 
 HOMES, SORTIES = 16, 8
+QUEUE = 200
+"""Missions that may wait while there is too much."""
 
 
 def add_robots(stack: Stack, homes: Sequence[Home], count: int, prefix: str) -> list[LoadRobot]:
@@ -63,6 +65,19 @@ def measure(stack: Stack, robots: Sequence[LoadRobot], load: Load, title: str) -
     return figures
 
 
+def overload(stack: Stack, homes: Sequence[Home], rate: float, seconds: float) -> Figures:
+    """Far too much for a while, from robots that each send one mission and don't wait; then how soon all is as before."""
+    robots = add_robots(stack, homes, int(rate * seconds), "more")
+    before = stack.memory_mb()
+    figures = measure(stack, robots, Load(rate, seconds, wait_s=0), "too much")
+    after = stack.memory_mb()
+    print("  memory MB", ", ".join(f"{name}: {mb:.0f} -> {after.get(name, 0):.0f}" for name, mb in before.items()))
+    print(f"  nothing waits after another {settle(stack, 600.0):.1f} s")
+    again = measure(stack, robots, Load(2.0, 10.0), "afterwards")
+    figures.acknowledged += again.acknowledged
+    return figures
+
+
 def check(stack: Stack, acknowledged: Sequence[str]) -> bool:
     """`stillroom verify`."""
     file = stack.folder / "acknowledged"
@@ -105,21 +120,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     homes = draw_homes(HOMES, SORTIES)
     holds = True
-    with tempfile.TemporaryDirectory() as folder:
-        stack = Stack(Path(folder) / "service", options.engine, options.processes, options.workers)
-        with stack:
-            robots = add_robots(stack, homes, options.robots, "load")
-            figures = measure(stack, robots, Load(options.robots / 10, 10), "first missions")
-            acknowledged = list(figures.acknowledged)
-            settle(stack)
-            for rate in options.rates:
-                figures = measure(
-                    stack, robots, Load(rate, options.seconds), f"{options.engine}, {options.processes} serving"
-                )
-                holds = holds and not figures.bad
-                acknowledged += figures.acknowledged
-                print(f"  nothing waits after another {settle(stack):.1f} s")
-            holds = check(stack, acknowledged) and holds
+    more = {"STILLROOM_QUEUE_LIMIT": str(QUEUE)} if options.overload else {}
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Stack(Path(folder) / "service", options.engine, options.processes, options.workers, more) as stack,
+    ):
+        robots = add_robots(stack, homes, options.robots, "load")
+        figures = measure(stack, robots, Load(options.robots / 10, 10), "first missions")
+        acknowledged = list(figures.acknowledged)
+        settle(stack)
+        for rate in options.rates:
+            figures = measure(
+                stack, robots, Load(rate, options.seconds), f"{options.engine}, {options.processes} serving"
+            )
+            holds = holds and not figures.bad
+            acknowledged += figures.acknowledged
+            print(f"  nothing waits after another {settle(stack):.1f} s")
+        if options.overload:
+            figures = overload(stack, homes, options.overload, options.seconds)
+            holds = holds and not figures.bad
+            acknowledged += figures.acknowledged
+        holds = check(stack, acknowledged) and holds
     return 0 if holds else 1
 
 

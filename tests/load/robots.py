@@ -52,7 +52,7 @@ class LoadRobot:
 
     def grid(self, number: int) -> bytes:
         picture = self.home.pictures[number % len(self.home.pictures)]
-        return picture[:_AFTER_HEADER] + _text(f"{self.id} {number}") + picture[_AFTER_HEADER:]
+        return with_text(picture, f"{self.id} {number}")
 
     def meta(self, number: int, base: Mapping[str, Any] | None) -> dict[str, Any]:
         """`base`: the map that it set out with."""
@@ -60,6 +60,11 @@ class LoadRobot:
         if base is not None:
             base = dict(base) | {"mission": str(int(base["mission"]) % len(self.home.sorties))}
         return self.home.robot.meta(sortie, base) | _TIMES | {"sequence": number, "epoch": 0}
+
+
+def with_text(picture: bytes, text: str) -> bytes:
+    """A PNG with other bytes and the same pixels."""
+    return picture[:_AFTER_HEADER] + _text(text) + picture[_AFTER_HEADER:]
 
 
 def _text(text: str) -> bytes:
