@@ -10,8 +10,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 HEADER = "X-Request-Id"
 _GIVEN = re.compile(r"[A-Za-z0-9._-]{1,64}")
-_QUIET = ("/healthz", "/readyz", "/metrics", "/assets/")
-"""Asked all the time, by machines."""
+_LOGGED = ("/api/", "/login")
+"""What else is asked are the web app's files, and how the service is, all the time."""
 
 log = structlog.get_logger()
 
@@ -41,7 +41,7 @@ class RequestLog:
             try:
                 await self._app(scope, receive, send_with_id)
             finally:
-                if not scope["path"].startswith(_QUIET):
+                if scope["path"].startswith(_LOGGED):
                     ms = round((perf_counter() - began) * 1000, 1)
                     # without the query: it may hold what signs somebody in
                     log.info("request", method=scope["method"], path=scope["path"], status=status, ms=ms)

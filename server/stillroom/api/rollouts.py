@@ -49,12 +49,21 @@ def end(service: Service, who: Caller, name: Name, why: documents.EndRollout) ->
 
 
 @router.get("/{rollout}/maps", response_model=Page[documents.ChangedMap])
-def list_changed_maps(service: Service, name: Name) -> Response:
+def list_changed_maps(
+    request: Request, service: Service, name: Name, cursor: NumberCursor, limit: Limit = 100
+) -> Response:
     """Those that the candidate changed."""
-    return document(rollouts.list_changed_maps(service.database, name))
+    return page(request, rollouts.list_changed_maps(service.database, name, cursor, limit))
 
 
 @router.post("/{rollout}/revert", response_model=documents.RevertedMaps, dependencies=_TRIAGE)
-def revert(service: Service, who: Caller, name: Name, robot: RobotName = None, map_name: OfMap = None) -> Response:
-    """Takes back what the candidate made of maps: of all (at most 50 at once), of a robot, or of one. Edits of people stay."""
-    return document(rollouts.revert(service.database, who, name, robot, map_name))
+def revert(
+    service: Service,
+    who: Caller,
+    name: Name,
+    cursor: NumberCursor,
+    robot: RobotName = None,
+    map_name: OfMap = None,
+) -> Response:
+    """Takes back what the candidate made of maps: of all (50 at once; go on with `next`), of a robot, or of one. Edits of people stay."""
+    return document(rollouts.revert(service.database, who, name, robot, map_name, cursor))

@@ -169,3 +169,5 @@ class RevertedMaps(Document):
     reverted: list[Reverted]
     kept: list[NotReverted]
     """Left as they are, and why."""
+    next: str | None
+    """The cursor to go on with; null: there are no more."""

@@ -258,17 +258,30 @@ def compared(tx: Transaction, rollout_id: int) -> list[Compared]:
     ]
 
 
-def changed_maps(tx: Transaction, rollout_id: int) -> Sequence[tuple[int, int]]:
+@dataclass(frozen=True)
+class ChangedMap:
+    map_id: int
+    first: int
+    """Version."""
+
+
+def changed_maps(
+    tx: Transaction, rollout_id: int, after: int = 0, limit: int | None = None, robot_id: str | None = None
+) -> Sequence[ChangedMap]:
     """Maps that missions changed which the candidate processed, and the first version that it made, in order of the maps."""
     query = (
         sa.select(mission.c.map_id, sa.func.min(mission.c.version).label("first"))
         .select_from(rolled)
         .join(mission, mission.c.id == rolled.c.mission_id)
         .where(rolled.c.rollout_id == rollout_id, rolled.c.candidate, mission.c.outcome.in_(("updated", "resolved")))
+        .where(mission.c.version > mission.c.base_version, mission.c.map_id > after)
         .group_by(mission.c.map_id)
         .order_by(mission.c.map_id)
+        .limit(limit)
     )
-    return [(row.map_id, row.first) for row in tx.execute(query)]
+    if robot_id is not None:
+        query = query.join(map_, map_.c.id == mission.c.map_id).where(map_.c.robot_id == robot_id)
+    return [as_row(ChangedMap, row) for row in tx.execute(query)]
 
 
 def by_candidate(tx: Transaction, rollout_id: int, map_id: int) -> set[str]:

@@ -286,7 +286,7 @@ def test_maps_go_back_to_the_last_version_before_with_every_edit_of_their_owners
         [(0.25, 0.3), (0.65, 0.3), (0.65, 0.7)]
     )  # a cell further left: that mission is gone
     assert old.get(old.path()).json() == before
-    assert post(service, "bare/revert") == {"reverted": [], "kept": []}
+    assert post(service, "bare/revert") == {"reverted": [], "kept": [], "next": None}
     assert service.operator.get(f"{ROLLOUTS}/bare/maps").json()["items"][0]["state"] == "undone"
     again = new.upload(
         "3", home(shift=(1, 0)), base_version=5, tracking=TRACKING
@@ -315,7 +315,7 @@ def test_what_an_owner_has_undone_or_agreed_to_is_left_alone(service: Service) -
     )
     assert agreed.status_code == 200, agreed.text
     assert service.operator.get(f"{ROLLOUTS}/bare/maps").json()["items"][0]["state"] == "decided"
-    assert post(service, "bare/revert") == {"reverted": [], "kept": []}
+    assert post(service, "bare/revert") == {"reverted": [], "kept": [], "next": None}
 
 
 # -- what is asked for ---------------------------------------------------------------------------------------------

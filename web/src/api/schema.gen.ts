@@ -814,7 +814,7 @@ export interface paths {
         put?: never;
         /**
          * Revert
-         * @description Takes back what the candidate made of maps: of all (at most 50 at once), of a robot, or of one. Edits of people stay.
+         * @description Takes back what the candidate made of maps: of all (50 at once; go on with `next`), of a robot, or of one. Edits of people stay.
          */
         post: operations["revert_api_v1_fleet_rollouts__rollout__revert_post"];
         delete?: never;
@@ -4800,6 +4800,8 @@ export interface components {
         RevertedMaps: {
             /** Kept */
             kept: components["schemas"]["NotReverted"][];
+            /** Next */
+            next: string | null;
             /** Reverted */
             reverted: components["schemas"]["Reverted"][];
         };
@@ -9277,7 +9279,10 @@ export interface operations {
     };
     list_changed_maps_api_v1_fleet_rollouts__rollout__maps_get: {
         parameters: {
-            query?: never;
+            query?: {
+                limit?: number;
+                cursor?: string | null;
+            };
             header?: never;
             path: {
                 rollout: string;
@@ -9356,6 +9361,7 @@ export interface operations {
             query?: {
                 robot?: string | null;
                 map?: string | null;
+                cursor?: string | null;
             };
             header?: never;
             path: {

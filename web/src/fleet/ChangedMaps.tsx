@@ -1,12 +1,14 @@
 import { Button } from "@mantine/core";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
-import { answered, api } from "../api/client";
+import { answered, api, type Schemas } from "../api/client";
 import classes from "./Fleet.module.css";
 import { Panel, Table } from "./Panel";
 import { changedMapsQuery, type Report, rolloutsKey } from "./rollouts";
 import { fleetTexts } from "./texts";
 
 const words = fleetTexts.rollouts;
+
+type Reverted = Schemas["RevertedMaps"];
 
 interface Which {
   readonly robot?: string;
@@ -18,9 +20,16 @@ export function ChangedMaps({ of }: { readonly of: Report }) {
   const queries = useQueryClient();
   const { data } = useQuery(changedMapsQuery(of.name));
   const revert = useMutation({
-    mutationFn: (query: Which) => {
-      const params = { path: { rollout: of.name }, query };
-      return answered(api.POST("/api/v1/fleet/rollouts/{rollout}/revert", { params }));
+    mutationFn: async (query: Which) => {
+      const all: Reverted = { reverted: [], kept: [], next: null };
+      do {
+        const params = { path: { rollout: of.name }, query: { ...query, ...(all.next && { cursor: all.next }) } };
+        const some = await answered(api.POST("/api/v1/fleet/rollouts/{rollout}/revert", { params }));
+        all.reverted.push(...some.reverted);
+        all.kept.push(...some.kept);
+        all.next = some.next;
+      } while (all.next !== null);
+      return all;
     },
     onSettled: () => queries.invalidateQueries({ queryKey: rolloutsKey }),
   });

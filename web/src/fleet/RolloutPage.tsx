@@ -111,31 +111,24 @@ function Gates({ gates }: { readonly gates: readonly Gate[] }) {
     <Table label={words.gates}>
       <thead>
         <tr>
-          {[
-            words.measure,
-            words.old,
-            words.new,
-            "",
-            words.difference,
-            words.margin,
-            words.p,
-            words.result,
-            words.more,
-          ].map((head) =>
-            head ? (
-              <th key={head} scope="col">
-                {head}
-              </th>
-            ) : (
-              <td key="plot" aria-hidden="true" />
-            ),
-          )}
+          <th scope="col">{words.measure}</th>
+          <th scope="col">{words.result}</th>
+          <th scope="col">{words.old}</th>
+          <th scope="col">{words.new}</th>
+          <td aria-hidden="true" />
+          <th scope="col">{words.difference}</th>
+          <th scope="col">{words.p}</th>
+          <th scope="col">{words.more}</th>
         </tr>
       </thead>
       <tbody>
         {gates.map((gate) => (
           <tr key={gate.measure} data-verdict={gate.verdict}>
-            <th scope="row">{fleetTexts.measure[gate.measure]}</th>
+            <th scope="row">
+              {fleetTexts.measure[gate.measure]}
+              <span className={classes.below}>{words.atMost(points(gate.margin))}</span>
+            </th>
+            <td className={classes.verdictCell}>{words.verdict[gate.verdict]}</td>
             <td>
               <Arm arm={gate.old} />
             </td>
@@ -152,9 +145,7 @@ function Gates({ gates }: { readonly gates: readonly Gate[] }) {
               />
             </td>
             <td>{gate.difference === null ? "–" : words.points(points(gate.ci95[0]), points(gate.ci95[1]))}</td>
-            <td>{points(gate.margin)}</td>
             <td>{gate.difference === null ? "–" : chance(gate.p)}</td>
-            <td>{words.verdict[gate.verdict]}</td>
             <td>{gate.verdict === "passed" || gate.verdict === "failed" ? "–" : needed(gate)}</td>
           </tr>
         ))}
@@ -173,9 +164,9 @@ function Arm({ arm }: { readonly arm: Gate["old"] }) {
   if (arm.share === null) return "–";
   return (
     <span className={classes.share}>
-      <strong>{percent(arm.share)}</strong>{" "}
-      <span>
-        ({interval(arm.ci95)}; {whole(arm.count)}/{whole(arm.missions)}, {fleetTexts.robots(arm.robots)})
+      <strong>{percent(arm.share)}</strong> <span>({interval(arm.ci95)})</span>
+      <span className={classes.below}>
+        {whole(arm.count)} / {whole(arm.missions)}, {fleetTexts.robots(arm.robots)}
       </span>
     </span>
   );
@@ -241,9 +232,9 @@ function Acting({ of }: { readonly of: Report }) {
   const isOver = of.state !== "running" && !of.in_force;
   if (isOver) return null;
   return (
-    <Panel title={of.state === "running" ? words.end : words.withdraw} lead={words.endLead}>
+    <Panel title={of.state === "running" ? words.act : words.withdraw}>
       {of.state === "running" && next !== undefined && (
-        <p className={classes.form}>
+        <p className={classes.goOn}>
           <Button
             size="md"
             disabled={of.verdict !== "passed"}
@@ -254,6 +245,7 @@ function Acting({ of }: { readonly of: Report }) {
           </Button>
         </p>
       )}
+      <p className={classes.lead}>{words.endLead}</p>
       <form
         className={classes.form}
         onSubmit={(event) => {

@@ -7,6 +7,7 @@ somebody has agreed to what the candidate made, it is the owner's by now and sta
 from dataclasses import dataclass
 from functools import partial
 
+from stillroom.documents.api import Page
 from stillroom.documents.rollouts import ChangedMap, MapState, NotReverted, Reverted, RevertedMaps
 from stillroom.documents.stored import decode_map
 from stillroom.errors import InvalidEdit
@@ -15,6 +16,7 @@ from stillroom.pipeline.edits.undo import undo
 from stillroom.service.access import Principal, signature
 from stillroom.service.edits import ended_by_restore
 from stillroom.service.frames import motion_between
+from stillroom.service.paging import page_of
 from stillroom.service.steps import frame_step
 from stillroom.service.versions import ids_of, new_version
 from stillroom.store import clock, events, lanes, maps, rollouts
@@ -38,40 +40,46 @@ class _Change:
     """Of people, made since, the oldest first."""
 
 
-def changed_maps(tx: Transaction, row: RolloutRow) -> list[ChangedMap]:
-    found = []
-    for map_id, first in rollouts.changed_maps(tx, row.id):
-        of = maps.get(tx, map_id)
-        change = _change(tx, row, of)
-        assert of.head is not None
-        found.append(
-            ChangedMap(
-                robot=of.robot_id,
-                map=of.name,
-                version=of.head,
-                first=first,
-                back_to=change.back_to,
-                state=change.state,
-            )
-        )
-    return found
+def changed_maps(tx: Transaction, row: RolloutRow, cursor: int | None, limit: int) -> Page[ChangedMap]:
+    """In order of the maps."""
+    found, following = page_of(
+        rollouts.changed_maps(tx, row.id, cursor or 0, limit + 1), limit, lambda one: str(one.map_id)
+    )
+    return Page(items=[_document(tx, row, one) for one in found], next=following)
+
+
+def _document(tx: Transaction, row: RolloutRow, one: rollouts.ChangedMap) -> ChangedMap:
+    of = maps.get(tx, one.map_id)
+    change = _change(tx, row, of)
+    return ChangedMap(
+        robot=of.robot_id,
+        map=of.name,
+        version=of.head or 0,
+        first=one.first,
+        back_to=change.back_to,
+        state=change.state,
+    )
 
 
 def revert(
-    database: Database, caller: Principal, row: RolloutRow, robot_id: str | None, map_name: str | None
+    database: Database,
+    caller: Principal,
+    row: RolloutRow,
+    robot_id: str | None,
+    map_name: str | None,
+    cursor: int | None,
 ) -> RevertedMaps:
-    """All maps that the candidate changed, or those of one robot, or one of them; at most so many at once."""
+    """All maps that the candidate changed, or those of one robot, or one of them; some at a time."""
     with database.read() as tx:
-        wanted = [
-            of
-            for of in (maps.get(tx, map_id) for map_id, _ in rollouts.changed_maps(tx, row.id))
-            if (robot_id is None or of.robot_id == robot_id) and (map_name is None or of.name == map_name)
-        ]
-        left = [of for of in wanted if _change(tx, row, of).state == "to_revert"][:AT_ONCE]
+        changed = rollouts.changed_maps(tx, row.id, cursor or 0, AT_ONCE + 1, robot_id)
+        found, following = page_of(changed, AT_ONCE, lambda one: str(one.map_id))
+        wanted = [of for of in (maps.get(tx, one.map_id) for one in found) if map_name in (None, of.name)]
+        left = [of for of in wanted if _change(tx, row, of).state == "to_revert"]
     outcomes = [_revert(database, caller, row, of) for of in left]
     return RevertedMaps(
         reverted=[one for one in outcomes if isinstance(one, Reverted)],
         kept=[one for one in outcomes if isinstance(one, NotReverted)],
+        next=following,
     )
 
 

@@ -141,21 +141,21 @@ def stop(database: Database, caller: Principal, name: str, why: EndRollout) -> R
     return report(database, name)
 
 
-def list_changed_maps(database: Database, name: str) -> Page[ChangedMap]:
+def list_changed_maps(database: Database, name: str, cursor: int | None, limit: int) -> Page[ChangedMap]:
     """Maps that the candidate changed. Raises NotFound."""
     with database.read() as tx:
-        return Page(items=reverting.changed_maps(tx, _find(tx, name)), next=None)
+        return reverting.changed_maps(tx, _find(tx, name), cursor, limit)
 
 
 def revert(
-    database: Database, caller: Principal, name: str, robot_id: str | None, map_name: str | None
+    database: Database, caller: Principal, name: str, robot_id: str | None, map_name: str | None, cursor: int | None
 ) -> RevertedMaps:
     """Raises NotFound, and NotRunning where the candidate would only change them again."""
     with database.read() as tx:
         row = _find(tx, name)
         if row.state == "running" or row.id == _in_force(tx):
             raise NotRunning("End it first: what is taken back now, the next mission would change again.")
-    return reverting.revert(database, caller, row, robot_id, map_name)
+    return reverting.revert(database, caller, row, robot_id, map_name, cursor)
 
 
 def _in_force(tx: Transaction) -> int | None:
