@@ -105,9 +105,10 @@ def part_floor(outline: Outline, possible: Cuts, clearance: npt.NDArray[np.float
 def clearance_of(mask: Mask, frame: GridFrame) -> npt.NDArray[np.float32]:
     """Metres from each cell's centre to the border of the nearest cell off the floor; beyond the grid is none either."""
     padded = cv2.copyMakeBorder(mask.view(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
-    distance = np.asarray(cv2.distanceTransform(padded, cv2.DIST_L2, 5), np.float32)[1:-1, 1:-1]
-    clearance = (distance - np.float32(0.5)) * np.float32(frame.resolution)
-    return np.asarray(np.maximum(clearance, np.float32(0)), np.float32)
+    distance = np.ascontiguousarray(np.asarray(cv2.distanceTransform(padded, cv2.DIST_L2, 5), np.float32)[1:-1, 1:-1])
+    distance -= np.float32(0.5)
+    distance *= np.float32(frame.resolution)
+    return np.maximum(distance, np.float32(0), out=distance)
 
 
 def _half_disc(cuts: Cuts, towards: Points) -> Numbers:
