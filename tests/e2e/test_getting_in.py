@@ -18,7 +18,7 @@ def test_who_is_signed_out_is_told_how_to_get_in(open_page: OpenPage) -> None:
 def test_a_link_signs_one_browser_in_once(served: Running, open_page: OpenPage) -> None:
     link = served.login_link()
     page = open_page(link, storage_state=None)
-    expect(page.get_by_role("button", name="Sign out")).to_be_visible()
+    expect(page.get_by_role("link", name="Your account")).to_be_visible()
     another = open_page(link, storage_state=None)
     another.goto("/")
     expect(another.get_by_role("heading", name="Come on in")).to_be_visible()
@@ -58,7 +58,8 @@ def test_a_page_that_stays_open_survives_a_restart_of_the_service(tmp_path: Path
 
 def test_signing_out_ends_the_session(served: Running, open_page: OpenPage) -> None:
     page = open_page(served.login_link(), storage_state=None)
-    page.get_by_role("button", name="Sign out").click()
+    page.get_by_role("link", name="Your account").click()
+    page.get_by_role("button", name="Sign out", exact=True).click()
     expect(page.get_by_role("heading", name="Come on in")).to_be_visible()
     page.goto("/")
     expect(page.get_by_role("heading", name="Come on in")).to_be_visible()
