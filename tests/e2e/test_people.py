@@ -51,6 +51,7 @@ def test_somebody_is_invited_comes_in_by_password_and_gives_a_robot_up(open_page
     accept(zoe)
     zoe.get_by_role("link", name="Your account").click()
     zoe.get_by_role("button", name="Sign out", exact=True).click()
+    expect(zoe.get_by_role("heading", name="Come on in")).to_be_visible()
 
     # what a link was for is over; the password is not
     zoe.goto(link)
