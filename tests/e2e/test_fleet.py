@@ -6,12 +6,17 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime, timedelta
 from urllib.parse import parse_qs, urlsplit
 
 import httpx2
 import pytest
+import sqlalchemy as sa
 from playwright.sync_api import Browser, Page, StorageState, expect
 
+from stillroom.store.database import Database
+from stillroom.store.fleet_tables import plan_grant
+from stillroom.store.tables import metadata, robot
 from tests.e2e.conftest import ADMIN_TOKEN, OpenPage, Robot, Running, running
 from tests.e2e.test_accessibility import AXE, Keep
 from tests.homes import changed
@@ -164,6 +169,41 @@ def test_axe_finds_nothing_and_phones_show_all_of_it(name: str, look: OpenPage, 
     expect(page.get_by_text(there).first).to_be_visible()
     keep(page, f"fleet-{name}-360-dark")
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
+
+
+def test_leave_ends_by_itself_and_when_the_owner_leaves_only_the_counts_stay(fleet: Running, look: OpenPage) -> None:
+    mission = "/fleet/robots/RB-7/maps/ground/missions/1"
+    database = Database(f"sqlite:///{fleet.data_dir / 'stillroom.sqlite'}")
+    with signed_in(fleet, ANN) as ann:
+        asked = {"robot": "RB-7", "reason": "A door was shut, and a room was lost.", "hours": 1}
+        grant = httpx2.post(f"{fleet.url}/api/v1/fleet/grants", headers=OPERATOR, json=asked).json()["id"]
+        ann.post(f"/api/v1/grants/{grant}/answer", json={"answer": "grant"})
+        page = look(mission)
+        plan = page.get_by_role("region", name="Floor plan")
+        expect(plan.get_by_role("button", name="Show the floor plan")).to_be_visible()
+        with database.write() as tx:
+            over = datetime.now(UTC) - timedelta(seconds=1)
+            tx.execute(sa.update(plan_grant).where(plan_grant.c.key == grant).values(expires_at=over))
+        page.reload()
+        expect(plan).to_contain_text("403")
+        before = rates(fleet)
+        gone = ann.delete(f"/api/v1/home?confirm={ANN}")
+        assert gone.status_code == 200, gone.text
+    assert rates(fleet) == before
+    page.reload()
+    expect(page.get_by_role("heading", name="Nothing here")).to_be_visible()
+    with database.read() as tx:
+        rows = [
+            str(row) for table in metadata.sorted_tables for row in tx.execute(sa.select(table)) if table is not robot
+        ]
+    database.dispose()
+    assert [row for row in rows if ANN in row or "RB-7" in row] == []
+
+
+def rates(fleet: Running) -> object:
+    answer = httpx2.get(f"{fleet.url}/api/v1/fleet/failure-rates?group_by=firmware", headers=OPERATOR)
+    assert answer.status_code == 200, answer.text
+    return answer.json()
 
 
 def owner_link(service: Running, owner: str) -> str:

@@ -119,7 +119,7 @@ export const fleetDe: FleetTexts = {
     by: "Wo sie vorkommt",
     mute: "Stumm schalten",
     unmute: "Nicht mehr stumm",
-    muteLead: "Vor einer stummen Ursache wird nicht gewarnt; gezählt wird sie trotzdem.",
+    muteLead: "Eine stumme Ursache gilt nicht mehr als neu oder zurück; gezählt wird sie weiterhin.",
     muteUntil: "Bis",
     weekly: "eine Woche lang",
     forGood: "für immer",

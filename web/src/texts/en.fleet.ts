@@ -119,7 +119,7 @@ export const fleetEn = {
     by: "Where it is met",
     mute: "Mute",
     unmute: "Unmute",
-    muteLead: "A muted cause is left out of alerts; it is counted all the same.",
+    muteLead: "A muted cause is no longer listed as new or as back again; it is counted all the same.",
     muteUntil: "Until",
     weekly: "for a week",
     forGood: "for good",
