@@ -6,7 +6,7 @@ NPM := $(if $(shell npm --version 2>/dev/null | grep -E '^([1-9]|10)[.]'),npx --
 WEB_SOURCES := $(shell git ls-files web 2>/dev/null || find web -type f -not -path '*/node_modules/*')
 PORT ?= 8000
 
-.PHONY: help setup run test check fuzz audit bench bench-registration bench-browser bench-fleet bench-segmentation bench-updates fit-cuts load load-large chaos soak client browser
+.PHONY: help setup run test check fuzz audit bench bench-registration bench-browser bench-fleet bench-segmentation bench-updates fit-cuts load load-cost load-large chaos rehearse soak client browser
 
 help:  ## what can be made
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -60,11 +60,17 @@ bench-fleet: setup  ## a dashboard's questions about 1,000,000 missions of 10,00
 load: setup  ## missions a second, and what one costs, on PostgreSQL and an S3 store (LOAD="--rates 30 15 --seconds 60 …")
 	$(BIN)/python -m tests.load.load $(LOAD)
 
+load-cost: setup  ## CPU of a mission by part, and bytes that it leaves behind
+	$(BIN)/python -m tests.load.cost
+
 load-large: setup  ## an upload beside 1,000,000 missions of 10,000 robots is as fast as beside none
 	$(BIN)/python -m tests.load.large
 
 chaos: setup  ## kills of every part under load, a disk that fills up; then stillroom verify (5 minutes; CHAOS="--seconds 60 …")
 	$(BIN)/python -m tests.load.chaos $(CHAOS)
+
+rehearse: setup  ## a backup taken under load is restored beside the service, and verified
+	$(BIN)/python -m tests.load.rehearse
 
 soak: setup  ## an even load for an hour: memory and latency stay flat (SOAK="--seconds 600 …")
 	$(BIN)/python -m tests.load.soak $(SOAK)

@@ -173,7 +173,9 @@ def _environment(given: Mapping[str, str]) -> dict[str, str]:
 def _running(command: list[str], given: Mapping[str, str], log: Path) -> Iterator[None]:
     assert shutil.which(command[0]), command[0]
     with log.open("w") as output:
-        process = subprocess.Popen(command, env=_environment(given), stdout=output, stderr=output, cwd=log.parent)
+        process = subprocess.Popen(
+            command, env=_environment(given), stdout=output, stderr=output, cwd=log.parent, preexec_fn=_on_one_core
+        )
     try:
         yield
     finally:
@@ -183,6 +185,13 @@ def _running(command: list[str], given: Mapping[str, str], log: Path) -> Iterato
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
+
+
+def _on_one_core() -> None:
+    """As a container that may use one: then each server has one worker."""
+    if hasattr(os, "sched_setaffinity"):
+        cores = sorted(os.sched_getaffinity(0))
+        os.sched_setaffinity(0, {cores[os.getpid() % len(cores)]})
 
 
 def _wait(url: str) -> None:

@@ -78,11 +78,11 @@ def overload(stack: Stack, homes: Sequence[Home], rate: float, seconds: float) -
     return figures
 
 
-def check(stack: Stack, acknowledged: Sequence[str]) -> bool:
+def check(stack: Stack, acknowledged: Sequence[str], grace_s: int = 0) -> bool:
     """`stillroom verify`."""
     file = stack.folder / "acknowledged"
     file.write_text("\n".join(acknowledged))
-    verified = stack.run("verify", "--acknowledged", str(file), "--grace", "0")
+    verified = stack.run("verify", "--acknowledged", str(file), "--grace", str(grace_s))
     print(
         "  verify:",
         "holds" if verified.returncode == 0 else verified.stdout[-3000:] + verified.stderr[-2000:],
