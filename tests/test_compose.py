@@ -3,9 +3,11 @@
 import json
 import os
 import re
+import secrets
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -80,7 +82,10 @@ def test_the_whole_stack_serves_a_mission_through_the_proxy(compose: dict[str, A
         return [str(own_port) if word == "8000" else word for word in words]
 
     with ExitStack() as stack:
-        _database(stack, folder / "postgresql", port, services["db"])
+        lasting = (
+            Path(tempfile.gettempdir()) / f"stillroom-{secrets.token_hex(4)}.postgresql"
+        )  # it runs as somebody else
+        _database(stack, lasting, port, services["db"])
         store = folder / "store"
         store.mkdir()
         words = [word.replace("-dir=/data", f"-dir={store}").replace("8333", str(s3)) for word in command("store", s3)]
@@ -131,13 +136,11 @@ def _first_event(url: str, headers: Mapping[str, str]) -> str:
 def _database(stack: ExitStack, folder: Path, port: int, service: dict[str, Any]) -> None:
     """With the settings of the service's command."""
     given = [word for word in service["command"] if "=" in word]
-    folder.parent.chmod(0o755)
-    folder.parent.parent.chmod(0o755)
     server = postgresql.Server(folder, (*given, f"port={port}", "listen_addresses=127.0.0.1", "fsync=off"))
     stack.callback(server.stop)
     with server.started():
         own = service["environment"]
-        admin = server.url(f"postgres&port={port}".replace("postgres&", "postgres?")).replace("?host", "&host")
+        admin = f"{server.url('postgres')}&port={port}"
         with psycopg.connect(admin, autocommit=True) as connection:
             connection.execute(f"CREATE ROLE {own['POSTGRES_USER']} LOGIN PASSWORD '{OURS['POSTGRES_PASSWORD']}'")
             connection.execute(f"CREATE DATABASE {own['POSTGRES_DB']} OWNER {own['POSTGRES_USER']}")
