@@ -5,7 +5,7 @@ from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 
 from stillroom import __version__
 from stillroom.api import (
@@ -38,10 +38,13 @@ from stillroom.api.context import Parts
 from stillroom.api.intake import IntakeGate
 from stillroom.api.protection import FairShare, SecurityHeaders
 from stillroom.api.request_log import RequestLog
+from stillroom.service.looking import Log
 from stillroom.service.signals import Signals
 from stillroom.settings import Settings
 
 STATIC = Path(__file__).parent / "static"
+NOTED = (robots, missions, maps, conflicts, edits, exports)
+"""What people do there stands in the log of the robot."""
 
 
 def create_app(settings: Settings, signals: Signals | None = None, static: Path = STATIC) -> FastAPI:
@@ -65,7 +68,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
         redoc_url=None,
         lifespan=partial(_listening, parts),
     )
-    app.state.parts = parts
+    app.state.parts, app.state.log = parts, Log()
     problems.install(app)
     app.add_middleware(BodyLimit)
     app.add_middleware(IntakeGate, intake=parts.intake)
@@ -95,7 +98,7 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
         health,
         problems,
     ):
-        app.include_router(part.router)
+        app.include_router(part.router, dependencies=[Depends(privacy.noted)] if part in NOTED else None)
     schema.install(app)
     app.include_router(web.router)  # last: it takes every path that is left
     return app

@@ -96,6 +96,7 @@ def goes_on(robot: RobotCaller) -> None:
     assert following["outcome"] in ("updated", "resolved")
 
 
+@pytest.mark.parametrize("engine", ["sqlite"])
 def test_a_second_map_of_a_robot_has_other_ids_everywhere(service: Service, mapped: RobotCaller) -> None:
     person = service.operator
     expect(person.edit(mapped.path(), 1, {"op": "rename_room", "id": "r1", "name": "Kitchen"}))
@@ -140,6 +141,7 @@ def changed_version(there: dict[str, bytes], **changes: Any) -> dict[str, bytes]
     return there | {path: json.dumps(json.loads(there[path]) | changes).encode()}
 
 
+@pytest.mark.parametrize("engine", ["sqlite"])
 def test_hostile_archives_are_refused_and_leave_nothing_behind(service: Service, mapped: RobotCaller) -> None:
     there = files(archive_of(service.operator, mapped.id))
     service.add_robot("RB-2")
@@ -236,7 +238,7 @@ def test_an_archive_is_written_while_it_is_sent(service: Service, mapped: RobotC
     assert max(map(len, pieces)) < max(map(len, there.values())) + 4096, "one file at a time"
 
 
-@pytest.mark.parametrize("engine", ["sqlite"], indirect=False)
+@pytest.mark.parametrize("engine", ["sqlite"])
 def test_the_command_line_saves_brings_in_and_deletes(
     service: Service,
     mapped: RobotCaller,

@@ -1,20 +1,56 @@
 """What is kept of a home, for those whose it is."""
 
 import tempfile
+from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query, Request
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
 
-from stillroom.api.context import SESSION_COOKIE, Caller, RobotId, Service, allowed, document, may
+from stillroom.api.context import (
+    SAFE_METHODS,
+    SESSION_COOKIE,
+    Caller,
+    Limit,
+    NumberCursor,
+    RobotId,
+    Service,
+    allowed,
+    document,
+    may,
+    page,
+    source_of,
+)
+from stillroom.documents.api import Page
 from stillroom.documents.archives import Archive
-from stillroom.documents.privacy import Erased, Imported
+from stillroom.documents.privacy import Erased, Imported, LogEntry, Retention, RetentionDocument
 from stillroom.errors import UnsupportedFormat
-from stillroom.service import archiving, erasing, importing
+from stillroom.service import archiving, erasing, importing, looking, retaining
 from stillroom.service.access import Person
+from stillroom.service.looking import Log
 
 router = APIRouter(prefix="/api/v1")
+
+
+async def noted(request: Request, service: Service, who: Caller) -> AsyncIterator[None]:
+    """People's requests about a robot stand in its log, once they were allowed and answered."""
+    yield
+    robot = request.path_params.get("robot")
+    if isinstance(who, Person) and robot is not None:
+        did = "look" if request.method in SAFE_METHODS else "change"
+        log: Log = request.app.state.log
+        await run_in_threadpool(log.note, service.database, who, robot, did, _what(request), source_of(request))
+
+
+def _what(request: Request) -> str:
+    """The map, and what of it: as the route is called."""
+    route: str = request.scope["route"].path
+    of_map = request.path_params.get("map")
+    rest = [part for part in route.split("/")[5 if of_map is None else 7 :] if not part.startswith("{")]
+    return " ".join(rest) or "robot" if of_map is None else f"{of_map}: {' '.join(rest) or 'map'}"
+
+
 Confirm = Annotated[str | None, Query(max_length=320, description="The name of what is to be deleted, typed again")]
 
 
@@ -22,10 +58,33 @@ ZIP = "application/zip"
 _IN_MEMORY = 2**20
 _FILE: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 _MANAGE = [Depends(allowed("manage"))]
+_NOTED = [*_MANAGE, Depends(noted)]
+
+
+@router.get("/robots/{robot}/log", response_model=Page[LogEntry], dependencies=_MANAGE)
+def list_log(request: Request, service: Service, robot: RobotId, cursor: NumberCursor, limit: Limit = 100) -> Response:
+    """Who looked at the robot's maps and who changed something, the newest first; kept for 400 days."""
+    return page(request, looking.entries(service.database, robot, cursor, limit))
+
+
+@router.get("/home/retention", response_model=RetentionDocument, dependencies=[Depends(may("household"))])
+def show_retention(service: Service, who: Caller) -> Response:
+    """How long what one's robots sensed is kept."""
+    assert isinstance(who, Person)
+    return document(retaining.show(service.database, who))
+
+
+@router.put("/home/retention", response_model=RetentionDocument, dependencies=[Depends(may("household"))])
+def choose_retention(
+    service: Service, who: Caller, wanted: Retention, dry_run: Annotated[bool, Query()] = False
+) -> Response:
+    """From now on; `dry_run`: only says what it would come to."""
+    assert isinstance(who, Person)
+    return document(retaining.choose(service.database, who, wanted, dry_run))
 
 
 @router.get(
-    "/robots/{robot}/archive", response_class=Response, responses={200: {"content": {ZIP: _FILE}}}, dependencies=_MANAGE
+    "/robots/{robot}/archive", response_class=Response, responses={200: {"content": {ZIP: _FILE}}}, dependencies=_NOTED
 )
 def archive(service: Service, robot: RobotId) -> Response:
     """All that is known of a robot's maps as a zip: every version, mission and grid, decisions, events, who looked."""
@@ -39,7 +98,7 @@ def archive(service: Service, robot: RobotId) -> Response:
     status_code=201,
     response_model=Imported,
     openapi_extra={"requestBody": {"required": True, "content": {ZIP: _FILE}}},
-    dependencies=_MANAGE,
+    dependencies=_NOTED,
 )
 async def bring_in(request: Request, service: Service, robot: RobotId) -> Response:
     """An archive's maps become maps of the robot, all or none; it must have none of the same names. At most 512 MiB."""

@@ -108,7 +108,7 @@ def _taken_back(tx: Transaction, of: MapRow, before: VersionRow, edited: Version
 def restore_version(
     database: Database, caller: Principal, robot_id: str, map_name: str, number: int
 ) -> api.MapDocument:
-    """An old version again, as a new one. Raises NotFound."""
+    """An old version again, as a new one. Raises NotFound, and ChangedSince where what was sensed under it is not kept any more."""
     with database.write() as tx:
         found, _ = find_in_force(tx, robot_id, map_name)
         lanes.lock(tx, found.id)
@@ -116,6 +116,8 @@ def restore_version(
         row, current = maps.version_at(tx, of.id, number), maps.version_at(tx, of.id, head)
         if row is None or current is None:
             raise NotFound(f"The map {map_name} of {robot_id} has no version {number}.")
+        if not row.grid and current.grid:
+            raise ChangedSince(f"What was sensed under version {number} is not kept any more.")
         restored, now = confirm(decode_map(row.document, ids_of(of))), clock.now(tx)
         new = new_version(
             restored,

@@ -46,7 +46,7 @@ def receive(
         lanes.lock(tx, row.id)
         there = missions.by_key(tx, row.id, key)
         if there is not None:
-            if (there.grid, there.meta_digest) != (grid_key, digest):
+            if (there.grid or grid_key, there.meta_digest) != (grid_key, digest):
                 raise MissionConflict(f"Mission {key} was uploaded before with another grid or other meta.")
             return Received(row.id, there.id, made=False)
         new = missions.NewMission(row.id, key, said.epoch, said.sequence, grid_key, document, digest)

@@ -27,6 +27,7 @@ import structlog
 from stillroom import logs, tracing
 from stillroom.errors import Unavailable
 from stillroom.pipeline.update import ResolverName
+from stillroom.service import retaining
 from stillroom.service.decisions import AT_ONCE, expire
 from stillroom.service.fleet.alerts import watch
 from stillroom.service.fleet.counting import catch_up
@@ -69,7 +70,7 @@ def run_worker(
     while not _ended(alive):
         pause = IDLE_S
         try:
-            if monotonic() - swept >= SWEEP_S and not _sweep(database):
+            if monotonic() - swept >= SWEEP_S and not _sweep(database, grids):
                 swept = monotonic()
             if process_next(database, grids, resolvers) is not None or run_next_beside(database, grids):
                 continue
@@ -116,13 +117,13 @@ def _begin(name: str) -> None:
         Path("/proc/self/comm").write_text(name)
 
 
-def _sweep(database: Database) -> bool:
+def _sweep(database: Database, grids: GridStore) -> bool:
     """Whether there may be more to sweep at once."""
     try:
         uncounted = catch_up(database)
         judge(database)
         watch(database)
-        return expire(database) == AT_ONCE or uncounted > 0
+        return expire(database) == AT_ONCE or uncounted > 0 or retaining.sweep(database, grids)
     except Exception:
         log.exception("deadlines and the fleet's figures could not be looked at; missions go on")
         return False

@@ -12,7 +12,7 @@ from urllib.parse import parse_qs, urlsplit, urlunsplit
 from obstore.exceptions import AlreadyExistsError, BaseError
 from obstore.store import LocalStore, ObjectStore, S3Store
 
-from stillroom.errors import Unavailable
+from stillroom.errors import NotFound, Unavailable
 
 if TYPE_CHECKING:
     from obstore.store import S3Config
@@ -77,7 +77,10 @@ class GridStore:
             self._named.add(file.parent)
 
     def get(self, key: str) -> bytes:
-        """Raises FileNotFoundError where there is none, ValueError where the bytes are not those that were stored."""
+        """Raises NotFound where a grid is kept no longer, FileNotFoundError where there is none, ValueError where the bytes are not
+        those that were stored."""
+        if not key:
+            raise NotFound("What the robot sensed is not kept any more.")
         try:
             with _unavailable_when_out():
                 content = self._store.get(path_of(key)).bytes().to_bytes()
