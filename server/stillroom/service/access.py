@@ -7,7 +7,7 @@ from typing import Literal
 from stillroom.documents import api
 from stillroom.errors import Forbidden, NotFound
 from stillroom.store import people, robots
-from stillroom.store.database import Database
+from stillroom.store.database import Database, Transaction
 from stillroom.store.rows import RobotRow
 
 Duty = Literal["operator", "engineer"]
@@ -179,6 +179,15 @@ def signature(caller: Principal) -> str:
 def looking_after(owner: str | None) -> str:
     """Signature of the person who is told about the robots of `owner`: the operator, where they are nobody's."""
     return signature(OPERATOR if owner is None else Person(owner))
+
+
+def told_about(tx: Transaction, owner: str | None) -> tuple[str, ...]:
+    """Signatures of those who are told about the robots of `owner`: members of the home as well, and all operators where they
+    are nobody's. Viewers look, and are asked nothing."""
+    if owner is None:
+        return looking_after(None), *(signature(Person(email)) for email in people.with_duty(tx, "operator"))
+    members = (row.email for row in people.members_of(tx, owner) if row.role == "member")
+    return looking_after(owner), *(signature(Person(email)) for email in members)
 
 
 def who(caller: Principal) -> api.Caller:

@@ -63,10 +63,10 @@ def by_address(tx: Transaction, channel: str, address: str) -> Sequence[Receiver
     return _rows(tx, _RECEIVER.where(receiver.c.channel == channel, receiver.c.digest == _digest(address)))
 
 
-def listening(tx: Transaction, person: str) -> Sequence[ReceiverRow]:
-    """All that are told what happens to the robots of a person: the person's own, and those of the whole fleet."""
+def listening(tx: Transaction, *persons: str) -> Sequence[ReceiverRow]:
+    """All that are told what happens to robots that these people are told about: their own, and those of the whole fleet."""
     ready = receiver.c.confirmed_at.is_not(None), receiver.c.ended_at.is_(None)
-    whose = sa.or_(receiver.c.fleet, receiver.c.person == person)
+    whose = sa.or_(receiver.c.fleet, receiver.c.person.in_(persons))
     return _rows(tx, _RECEIVER.where(whose, *ready).order_by(receiver.c.id))
 
 

@@ -43,6 +43,11 @@ def by_token(tx: Transaction, token_hash: str) -> RobotRow | None:
     return as_row_or_none(RobotRow, tx.execute(_ROBOT.where(robot.c.token_hash == token_hash)).first())
 
 
+def of_map(tx: Transaction, map_id: int) -> RobotRow | None:
+    query = _ROBOT.join(map_, map_.c.robot_id == robot.c.id).where(map_.c.id == map_id)
+    return as_row_or_none(RobotRow, tx.execute(query).first())
+
+
 def page(tx: Transaction, visible: Selection, after: str, limit: int) -> Sequence[RobotRow]:
     """Robots in order of their ids."""
     query = _ROBOT.where(visible, robot.c.id > after).order_by(robot.c.id).limit(limit)

@@ -10,7 +10,7 @@ from functools import cache
 import structlog
 
 from stillroom.documents.notifications import WebhookType
-from stillroom.service.access import looking_after
+from stillroom.service.access import told_about
 from stillroom.service.messages.news import News, news_of
 from stillroom.store import clock, deliveries, receivers
 from stillroom.store.database import Database, Transaction
@@ -34,11 +34,11 @@ def announce(database: Database, public_url: str) -> int:
         if not events:
             return 0
         now = clock.now(tx)
-        listening = cache(lambda person: receivers.listening(tx, person))
+        listening = cache(lambda owner: receivers.listening(tx, *told_about(tx, owner)))
         chosen = cache(lambda person: receivers.preferences(tx, person))
         new: list[NewDelivery] = []
         for event in events:
-            listeners = listening(looking_after(event.owner))
+            listeners = listening(event.owner)
             news = _news(tx, event, public_url) if listeners else None
             if news is not None:
                 new += (

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from urllib.parse import urlencode
 
+from stillroom.service.access import told_about
 from stillroom.service.messages.answers import answers
 from stillroom.service.messages.links import page_url
 from stillroom.service.messages.words import Words, concerned
-from stillroom.store import clock, conflicts, grants, missions
+from stillroom.store import clock, conflicts, grants, missions, receivers, robots
 from stillroom.store.database import Database
 from stillroom.store.rows import ConflictRow, DeliveryRow
 
@@ -78,6 +79,9 @@ def _service(delivery: DeliveryRow, public_url: str, words: Words) -> Topic:
 def _topic(database: Database, delivery: DeliveryRow, public_url: str, words: Words) -> Topic | None:
     content = delivery.content
     with database.read() as tx:
+        robot, to = robots.of_map(tx, content["map_id"]), receivers.get(tx, delivery.receiver_id)
+        if robot is None or to is None or to.person not in told_about(tx, robot.owner):
+            return None  # who left the home since hears no more of it
         row = conflicts.by_key(tx, content["map_id"], content["conflict"])
         if row is None or row.decided_by is not None:
             return None
@@ -87,7 +91,7 @@ def _topic(database: Database, delivery: DeliveryRow, public_url: str, words: Wo
     text = words.summary(row, proposals)
     if row.due_at is not None:
         text += " " + words.deadline.format(when=words.day(row.due_at))
-    url = page_url(public_url, content)
+    url = page_url(public_url, content | {"robot": robot.id})
     names = [room["name"] for room in concerned(row)]
     was_taken = row.resolved or mission.version != row.base_version
     offered = (
