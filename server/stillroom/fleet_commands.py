@@ -42,6 +42,9 @@ def add_commands(commands: Any) -> None:
     replay.add_argument("--until", type=_day, metavar="DAY", help="missions processed before this day")
     replay.add_argument("--robot", action="append", default=[], metavar="ID", help="these robots alone")
     replay.add_argument("--processes", type=count, metavar="N", help="(default: one a core)")
+    replay.add_argument(
+        "--scheduler", metavar="ADDRESS", help="of a Dask cluster that runs it instead of processes here"
+    )
 
 
 def _day(text: str) -> datetime:
@@ -78,7 +81,7 @@ def _replay(options: argparse.Namespace) -> int:
     settings = Settings.from_environment()
     database = Database(settings.database_url)
     migrate(database)
-    processes = options.processes or default_workers()
+    processes, scheduler = options.processes or default_workers(), options.scheduler
     try:
         what = replaying.Replay(
             options.name,
@@ -89,8 +92,9 @@ def _replay(options: argparse.Namespace) -> int:
             tuple(options.robot),
         )
         row, maps = replaying.start(database, what, options.resume)
-        with replaying.pool(processes) as executor:
-            replaying.run(database, settings.grid_store_url, row, maps, executor, processes, _tell_progress)
+        engine = replaying.pool(processes) if scheduler is None else replaying.cluster(scheduler)
+        with engine as (executor, at_once):
+            replaying.run(database, settings.grid_store_url, row, maps, executor, at_once, _tell_progress)
     except (StillroomError, ValueError) as error:
         print(f"stillroom: {error}", file=sys.stderr)
         for fault in getattr(error, "faults", ()):

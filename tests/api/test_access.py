@@ -126,6 +126,7 @@ OF_THE_SERVICE = {
     "GET /api/v1/fleet/filters": "figures",
     "GET /api/v1/fleet/missions": "figures",
     "GET /api/v1/fleet/replays": "figures",
+    "POST /api/v1/fleet/replays": "triage",
     "GET /api/v1/fleet/replays/{replay}": "figures",
     "GET /api/v1/fleet/replays/{replay}/missions": "figures",
     "GET /api/v1/fleet/robots": "figures",

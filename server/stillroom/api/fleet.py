@@ -19,7 +19,7 @@ from stillroom.api.context import (
 )
 from stillroom.documents import fleet, tables
 from stillroom.documents.api import Page
-from stillroom.documents.replays import Cell, Measure, ReplayDocument, ReplayedMission, ReplayResults
+from stillroom.documents.replays import Cell, Measure, NewReplay, ReplayDocument, ReplayedMission, ReplayResults
 from stillroom.service.fleet import causes, rates, replays, unprocessed
 from stillroom.service.fleet.selecting import Asked
 
@@ -174,8 +174,15 @@ ReplayName = Annotated[str, Path(alias="replay", pattern=r"^[A-Za-z0-9][A-Za-z0-
 
 @router.get("/replays", response_model=Page[ReplayDocument])
 def list_replays(request: Request, service: Service, cursor: NumberCursor, limit: Limit = 100) -> Response:
-    """Stored missions run again by `stillroom replay`, the newest first."""
+    """Stored missions run again, the newest first."""
     return page(request, replays.list_replays(service.database, cursor, limit))
+
+
+@router.post("/replays", status_code=201, response_model=ReplayResults, dependencies=_TRIAGE)
+def begin_replay(service: Service, new: NewReplay) -> Response:
+    """Runs stored missions again, when nothing else waits; no map is touched."""
+    made = replays.begin(service.database, new)
+    return document(made, 201, {"Location": f"/api/v1/fleet/replays/{made.name}"})
 
 
 @router.get("/replays/{replay}", response_model=ReplayResults)

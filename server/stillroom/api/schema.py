@@ -33,6 +33,7 @@ _BESIDE: dict[tuple[str, str], tuple[int, ...]] = {
     ("post", "/api/v1/fleet/grants"): (409,),
     ("post", "/api/v1/grants/{grant}/answer"): (409,),
     ("post", "/api/v1/fleet/robots/{robot}/maps/{map}/missions/{mission}/run"): (409,),
+    ("post", "/api/v1/fleet/replays"): (409,),
     ("post", "/api/v1/fleet/rollouts"): (409,),
     ("post", "/api/v1/fleet/rollouts/{rollout}/advance"): (409,),
     ("post", "/api/v1/fleet/rollouts/{rollout}/end"): (409,),

@@ -1,9 +1,12 @@
 """Replays: what stored missions come to with other code or other parameters."""
 
 from datetime import datetime
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, JsonValue
 
 from stillroom.documents.geojson import Document
+from stillroom.pipeline.update import ResolverName
 
 Measure = Literal["transfer", "meta_occupancy", "meta_dividers", "taken"]
 Cell = Literal["both", "only_old", "only_new", "neither"]
@@ -20,6 +23,21 @@ class PairedTable(Document):
     neither: int
     p: float
     """McNemar's exact test, two-sided. Missions of one robot are taken as independent ones here."""
+
+
+class NewReplay(BaseModel):
+    """Run by workers when nothing else waits."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+    resolvers: Annotated[list[ResolverName], Field(max_length=2)] = ["meta_occupancy", "meta_dividers"]
+    params: Annotated[dict[str, JsonValue], Field(max_length=100)] = {}
+    since: AwareDatetime | None = None
+    """Missions that were processed from then on."""
+    until: AwareDatetime | None = None
+    robots: Annotated[list[Annotated[str, Field(max_length=64)]], Field(max_length=1000)] = []
+    """These alone; none: all."""
 
 
 class ReplayDocument(Document):

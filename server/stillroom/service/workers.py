@@ -29,6 +29,7 @@ from stillroom.errors import Unavailable
 from stillroom.pipeline.update import ResolverName
 from stillroom.service import retaining
 from stillroom.service.decisions import AT_ONCE, expire
+from stillroom.service.fleet import replaying
 from stillroom.service.fleet.alerts import watch
 from stillroom.service.fleet.counting import catch_up
 from stillroom.service.fleet.judging import judge
@@ -72,7 +73,9 @@ def run_worker(
         try:
             if monotonic() - swept >= SWEEP_S and not _sweep(database, grids):
                 swept = monotonic()
-            if process_next(database, grids, resolvers) is not None or run_next_beside(database, grids):
+            if process_next(database, grids, resolvers) is not None:
+                continue
+            if run_next_beside(database, grids) or replaying.run_next(database, grids):
                 continue
             pause = _until_next(database)
         except Unavailable as error:

@@ -7,7 +7,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from stillroom.store.database import Transaction
+from stillroom.store.database import Transaction, insert_unless_there
 from stillroom.store.fleet_tables import replay, replayed
 from stillroom.store.rows import Json, as_row, as_row_or_none, columns
 from stillroom.store.tables import map_, mission
@@ -74,6 +74,30 @@ def to_run(
     tx: Transaction, since: datetime | None, until: datetime | None, robot_ids: Sequence[str]
 ) -> Mapping[int, list[int]]:
     """Missions that were judged, by map, in the order of their processing."""
+    query = _chosen(since, until, robot_ids).order_by(mission.c.map_id, mission.c.id)
+    found: dict[int, list[int]] = {}
+    for map_id, mission_id in tx.execute(query):
+        found.setdefault(map_id, []).append(mission_id)
+    return found
+
+
+def left_to_run(
+    tx: Transaction,
+    replay_id: int,
+    since: datetime | None,
+    until: datetime | None,
+    robot_ids: Sequence[str],
+    limit: int,
+) -> list[int]:
+    """Some of those that were not run yet."""
+    done = sa.select(replayed.c.mission_id).where(
+        replayed.c.replay_id == replay_id, replayed.c.mission_id == mission.c.id
+    )
+    query = _chosen(since, until, robot_ids).where(~done.exists()).order_by(mission.c.id).limit(limit)
+    return [row.id for row in tx.execute(query)]
+
+
+def _chosen(since: datetime | None, until: datetime | None, robot_ids: Sequence[str]) -> sa.Select[Any]:
     query = sa.select(mission.c.map_id, mission.c.id).where(
         mission.c.outcome.in_(JUDGED),
         mission.c.base_version.is_not(None),
@@ -86,10 +110,7 @@ def to_run(
         query = query.where(mission.c.finished_at < until)
     if robot_ids:
         query = query.join(map_, map_.c.id == mission.c.map_id).where(map_.c.robot_id.in_(robot_ids))
-    found: dict[int, list[int]] = {}
-    for map_id, mission_id in tx.execute(query.order_by(mission.c.map_id, mission.c.id)):
-        found.setdefault(map_id, []).append(mission_id)
-    return found
+    return query
 
 
 def add(tx: Transaction, new: NewReplay) -> None:
@@ -118,8 +139,15 @@ def count_done(tx: Transaction, replay_id: int) -> int:
 
 
 def keep(tx: Transaction, results: Sequence[Result]) -> None:
-    if results:
-        tx.execute(sa.insert(replayed), [vars(result) for result in results])
+    """What somebody else has run meanwhile stays as it is."""
+    for result in results:
+        insert_unless_there(tx, replayed, vars(result))
+
+
+def next_in_service(tx: Transaction) -> ReplayRow | None:
+    """The oldest that workers are to run and that is not finished."""
+    waits = replay.c.finished_at.is_(None), replay.c.selection["in_service"].as_boolean()
+    return as_row_or_none(ReplayRow, tx.execute(_REPLAY.where(*waits).order_by(replay.c.id).limit(1)).first())
 
 
 def finish(tx: Transaction, replay_id: int, now: datetime) -> None:

@@ -6,6 +6,7 @@ from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import pytest
+from distributed import LocalCluster
 
 from stillroom.__main__ import main
 from stillroom.errors import AlreadyExists, InvalidInput, NotFound
@@ -129,12 +130,55 @@ def test_maps_that_wait_for_their_owners_do_not_count_as_taken_or_not(
     assert (cells(found, "taken"), cells(found, "meta_dividers")) == ([0, 0, 0, 0], [3, 0, 0, 0])
 
 
+def test_one_that_is_begun_on_the_dashboard_is_run_by_workers_when_nothing_else_waits(
+    service: Service, lived: RobotCaller
+) -> None:
+    def begin(status: int, **what: Any) -> Any:
+        answer = service.operator.request("POST", f"{FLEET}/replays", json=what)
+        assert answer.status_code == status, answer.text
+        return answer.json()
+
+    before = lived.get(lived.path()).json()
+    assert begin(201, name="bare", resolvers=[])["done"] == 0
+    begin(409, name="bare")
+    begin(422, name="odd", params={"walls": 1})
+    begin(422, name="odd", since="yesterday")
+    lived.upload("9", home())  # came later: no part of it
+    with ThreadPoolExecutor(2) as workers:
+        for _ in range(3):
+            list(workers.map(lambda _: replaying.run_next(service.database, service.grids), range(2)))
+    found = results(service, "bare")
+    assert (found["missions"], found["done"], cells(found, "taken")) == (3, 3, [2, 1, 0, 0])
+    assert found["finished_at"] is not None
+    assert not replaying.run_next(service.database, service.grids)
+    assert lived.get(lived.path()).json()["version"] == before["version"] + 1
+
+
+@pytest.mark.usefixtures("lived")
+def test_what_other_code_has_begun_ends_where_it_came_to(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer = service.operator.request("POST", f"{FLEET}/replays", json={"name": "old"})
+    assert answer.status_code == 201
+    monkeypatch.setattr(replaying, "__version__", "9.9")
+    assert replaying.run_next(service.database, service.grids)
+    found = results(service, "old")
+    assert (found["done"], found["finished_at"] is not None) == (0, True)
+
+
 def test_only_what_was_asked_for_is_run(service: Service, lived: RobotCaller, executor: Executor) -> None:
     tomorrow = datetime.now(UTC) + timedelta(days=1)
     assert replay(service, executor, Replay("none", robots=("RB-99",)))["missions"] == 0
     assert replay(service, executor, Replay("later", since=tomorrow))["missions"] == 0
     assert replay(service, executor, Replay("sooner", until=tomorrow))["missions"] == 3
     assert lived.get(f"{FLEET}/replays/later").status_code == 403
+
+
+@pytest.mark.parametrize("engine", ["sqlite"])
+def test_a_cluster_comes_to_the_same_as_one_machine(service: Service, lived: RobotCaller) -> None:
+    local = LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None)
+    with local, replaying.cluster(local.scheduler_address) as (executor, at_once):
+        assert at_once == 2
+        assert cells(replay(service, executor, Replay("spread", resolvers=())), "taken") == [2, 1, 0, 0]
+    assert lived.get(lived.path()).status_code == 200
 
 
 def test_parameters_are_checked() -> None:

@@ -528,11 +528,15 @@ export interface paths {
         };
         /**
          * List Replays
-         * @description Stored missions run again by `stillroom replay`, the newest first.
+         * @description Stored missions run again, the newest first.
          */
         get: operations["list_replays_api_v1_fleet_replays_get"];
         put?: never;
-        post?: never;
+        /**
+         * Begin Replay
+         * @description Runs stored missions again, when nothing else waits; no map is touched.
+         */
+        post: operations["begin_replay_api_v1_fleet_replays_post"];
         delete?: never;
         options?: never;
         head?: never;
@@ -4050,6 +4054,38 @@ export interface components {
             label: string;
             /** Language */
             language?: ("en" | "de") | null;
+        };
+        /**
+         * NewReplay
+         * @description Run by workers when nothing else waits.
+         */
+        NewReplay: {
+            /** Name */
+            name: string;
+            /**
+             * Params
+             * @default {}
+             */
+            params: {
+                [key: string]: components["schemas"]["JsonValue"];
+            };
+            /**
+             * Resolvers
+             * @default [
+             *       "meta_occupancy",
+             *       "meta_dividers"
+             *     ]
+             */
+            resolvers: ("meta_occupancy" | "meta_dividers")[];
+            /**
+             * Robots
+             * @default []
+             */
+            robots: string[];
+            /** Since */
+            since?: string | null;
+            /** Until */
+            until?: string | null;
         };
         /** NewRobot */
         NewRobot: {
@@ -8240,6 +8276,111 @@ export interface operations {
             };
             /** @description There is no such thing */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The input can't be used */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Asked too often; Retry-After says when to ask again */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not available now; Retry-After says when to ask again */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    begin_replay_api_v1_fleet_replays_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewReplay"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ReplayResults"];
+                };
+            };
+            /** @description No valid credential */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this caller */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The rest of the body did not come */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It is there already, or was decided otherwise */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Larger than the limit */
+            413: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -7,10 +7,12 @@ Maps are spread over processes; what was run is kept, so that a replay that was 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import islice
 from multiprocessing import get_context
+from random import sample
 from typing import Any
 
 import cv2
@@ -28,6 +30,8 @@ from stillroom.store.replays import NewReplay, ReplayRow, Result
 
 CHUNK = 20
 """Missions of one map that a process runs before it tells."""
+SOME, AT_ONCE = 200, 3
+"""Of so many that are next a worker runs so many, and then looks whether robots wait."""
 AHEAD = 4
 """Chunks for each process that wait for it."""
 
@@ -41,6 +45,8 @@ class Replay:
     since: datetime | None = None
     until: datetime | None = None
     robots: tuple[str, ...] = ()
+    in_service: bool = False
+    """Whether workers run it when nothing else waits; else whoever began it does."""
 
 
 @dataclass(frozen=True)
@@ -72,20 +78,43 @@ def start(database: Database, what: Replay, resume: bool) -> tuple[ReplayRow, li
             replays.add(tx, _new(what, sum(map(len, runs.values())), clock.now(tx)))
             row = replays.by_name(tx, what.name)
         assert row is not None
-        told = row.selection
-        since, until = (
-            None if told[name] is None else datetime.fromisoformat(told[name]) for name in ("since", "until")
-        )
-        # what was processed after the replay began is no part of it
-        runs = replays.to_run(tx, since, min(until or row.created_at, row.created_at), told["robots"])
+        runs = replays.to_run(tx, *_span(row), row.selection["robots"])
         finished = replays.done(tx, row.id)
     left = [[number for number in numbers if number not in finished] for numbers in runs.values()]
     return row, [numbers for numbers in left if numbers]
 
 
+def _span(row: ReplayRow) -> tuple[datetime | None, datetime]:
+    """From when to when missions were processed: what came after the replay began is no part of it."""
+    said = row.selection
+    since, until = (None if said[name] is None else datetime.fromisoformat(said[name]) for name in ("since", "until"))
+    return since, min(until or row.created_at, row.created_at)
+
+
+def run_next(database: Database, grids: GridStore) -> bool:
+    """Runs some missions of a replay that is the service's to run. Whether there was one."""
+    with database.read() as tx:
+        row = replays.next_in_service(tx)
+        if row is None:
+            return False
+        left = []
+        if row.algorithm == __version__:  # what other code has begun ends here, as far as it came
+            left = replays.left_to_run(tx, row.id, *_span(row), row.selection["robots"], SOME)
+    if not left:
+        with database.write() as tx:
+            replays.finish(tx, row.id, clock.now(tx))
+        return True
+    # some of the next ones at random: workers seldom run the same mission, and where they do it is kept once
+    job = _Job("", "", row.id, (), resolvers_named(row.resolvers), parameters(row.params))
+    results = [_run_mission(database, grids, job, number) for number in sample(left, min(AT_ONCE, len(left)))]
+    with database.write(durable=False) as tx:
+        replays.keep(tx, results)
+    return True
+
+
 def _new(what: Replay, missions: int, now: datetime) -> NewReplay:
     since, until = (None if at is None else at.isoformat() for at in (what.since, what.until))
-    selection = {"since": since, "until": until, "robots": list(what.robots)}
+    selection = {"since": since, "until": until, "robots": list(what.robots), "in_service": what.in_service}
     return NewReplay(what.name, __version__, list(what.resolvers), dict(what.params), selection, missions, now)
 
 
@@ -124,9 +153,30 @@ def run(
         replays.finish(tx, row.id, clock.now(tx))
 
 
-def pool(processes: int) -> ProcessPoolExecutor:
+@contextmanager
+def pool(processes: int) -> Iterator[tuple[Executor, int]]:
+    """Processes of this machine, and how many there are."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    return ProcessPoolExecutor(processes, mp_context=get_context("spawn"))
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as executor:
+        yield executor, processes
+
+
+@contextmanager
+def cluster(scheduler: str) -> Iterator[tuple[Executor, int]]:
+    """A cluster of Dask, and how many missions it runs at once. Its workers reach database and grid store by the same URLs.
+
+    Raises InvalidInput where it can't be reached.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InvalidInput("This needs Dask: pip install 'stillroom[replay]'.") from None
+    try:
+        client = Client(scheduler)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise InvalidInput(f"No scheduler answers at {scheduler}.") from error
+    with client, client.get_executor() as executor:
+        yield executor, max(sum(client.ncores().values()), 1)
 
 
 def _chunks(numbers: Sequence[int]) -> Iterator[Sequence[int]]:

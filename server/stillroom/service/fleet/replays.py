@@ -3,9 +3,19 @@
 from typing import get_args
 
 from stillroom.documents.api import Page
-from stillroom.documents.replays import Cell, Measure, PairedTable, ReplayDocument, ReplayedMission, ReplayResults
+from stillroom.documents.replays import (
+    Cell,
+    Measure,
+    NewReplay,
+    PairedTable,
+    ReplayDocument,
+    ReplayedMission,
+    ReplayResults,
+)
 from stillroom.errors import NotFound
 from stillroom.estimation.pairs import Pairs
+from stillroom.service.fleet.replaying import Replay, start
+from stillroom.service.fleet.variants import resolvers_named
 from stillroom.service.paging import page_of
 from stillroom.store import replays
 from stillroom.store.database import Database, Transaction
@@ -18,6 +28,14 @@ CELLS: dict[Cell, tuple[bool, bool]] = {
     "neither": (False, False),
 }
 """(Succeeded then, now.)"""
+
+
+def begin(database: Database, new: NewReplay) -> ReplayResults:
+    """Workers run it. Raises InvalidInput, AlreadyExists."""
+    resolvers = resolvers_named(new.resolvers)
+    what = Replay(new.name, resolvers, new.params, new.since, new.until, tuple(new.robots), in_service=True)
+    start(database, what, resume=False)
+    return results(database, new.name)
 
 
 def list_replays(database: Database, cursor: int | None, limit: int) -> Page[ReplayDocument]:
