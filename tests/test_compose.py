@@ -26,7 +26,7 @@ from tests.homes import ORIGIN, RESOLUTION, home, png
 ROOT = Path(__file__).parents[1]
 PINNED = re.compile(r"[a-z0-9./-]+:\d+\.\d+[a-z0-9.-]*")
 OURS = {"POSTGRES_PASSWORD": "secret", "STORE_SECRET": "secret-of-the-store", "STILLROOM_ADMIN_TOKEN": "operator"}
-PATIENCE_S = 60.0
+PATIENCE_S = 180.0
 
 
 @pytest.fixture(scope="module")
@@ -176,9 +176,7 @@ def _environment(given: Mapping[str, str]) -> dict[str, str]:
 def _running(command: list[str], given: Mapping[str, str], log: Path) -> Iterator[None]:
     assert shutil.which(command[0]), command[0]
     with log.open("w") as output:
-        process = subprocess.Popen(
-            command, env=_environment(given), stdout=output, stderr=output, cwd=log.parent, preexec_fn=_on_one_core
-        )
+        process = subprocess.Popen(command, env=_environment(given), stdout=output, stderr=output, cwd=log.parent)
     try:
         yield
     finally:
@@ -188,13 +186,6 @@ def _running(command: list[str], given: Mapping[str, str], log: Path) -> Iterato
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
-
-
-def _on_one_core() -> None:
-    """As a container that may use one: then each server has one worker."""
-    if hasattr(os, "sched_setaffinity"):
-        cores = sorted(os.sched_getaffinity(0))
-        os.sched_setaffinity(0, {cores[os.getpid() % len(cores)]})
 
 
 def _wait(url: str) -> None:
