@@ -58,7 +58,7 @@ def test_the_base_images_are_pinned(image: str) -> None:
 
 def test_the_whole_stack_serves_a_mission_through_the_proxy(compose: dict[str, Any], tmp_path_factory: Any) -> None:
     services, folder = compose["services"], Path(tmp_path_factory.mktemp("compose"))
-    (port, *ports) = object_store.free_ports(10)
+    (port, *ports) = object_store.free_ports(12)
     proxy, server1, server2, s3 = ports[:4]
     addresses = {"server1:8000": f"127.0.0.1:{server1}", "server2:8000": f"127.0.0.1:{server2}", ":8080": f":{proxy}"}
     addresses |= {
@@ -66,9 +66,11 @@ def test_the_whole_stack_serves_a_mission_through_the_proxy(compose: dict[str, A
         "store:9333": f"127.0.0.1:{ports[4]}",
         "@db:5432": f"@127.0.0.1:{port}",
     }
-    names = ("volume.port", "filer.port", "master.port.grpc", "volume.port.grpc")
+    names = ("volume.port", "filer.port", "master.port.grpc", "volume.port.grpc", "filer.port.grpc", "s3.port.grpc")
     seaweed = [
         "-ip=127.0.0.1",
+        "-s3.port.iceberg=0",
+        "-s3.port.lance=0",
         f"-master.port={ports[4]}",
         *(f"-{n}={p}" for n, p in zip(names, ports[5:], strict=True)),
     ]
@@ -101,7 +103,8 @@ def test_the_whole_stack_serves_a_mission_through_the_proxy(compose: dict[str, A
         migrate = _ours(services["migrate"]["command"])
         subprocess.run(migrate, env=_environment(environment("migrate")), check=True, timeout=PATIENCE_S)
         for name, own in (("server1", server1), ("server2", server2)):
-            stack.enter_context(_running(_ours(command(name, own)), environment(name), folder / f"{name}.log"))
+            serve = [*_ours(command(name, own)), "--workers", "1"]  # else one a core, as the whole machine has
+            stack.enter_context(_running(serve, environment(name), folder / f"{name}.log"))
         caddy = [word.replace("/etc/caddy", str(ROOT / "deploy" / "compose")) for word in command("proxy", proxy)]
         caddy[0] = str(Path(sys.executable).with_name("caddy"))
         stack.enter_context(_running(caddy, environment("proxy"), folder / "proxy.log"))
