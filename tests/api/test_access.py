@@ -309,6 +309,18 @@ def test_everybody_sees_the_robots_they_may_read_and_no_others(callers: dict[str
     assert callers["stranger"].get("/api/v1/robots").status_code == 401
 
 
+def test_the_list_of_robots_says_what_may_be_done_to_each(callers: dict[str, Caller]) -> None:
+    actions = ("read", "upload", "edit", "manage", "rekey", "disconnect", "release")
+    for name in ROLES:
+        for robot in callers[name].get("/api/v1/robots").json()["items"]:
+            if robot["id"] == "homeless" and name == "homeless":
+                continue
+            roles = {ROLES[name][0].get(robot["id"], "caretaker"), *ROLES[name][1]} - {"person"}
+            if name not in TARGETS:
+                roles -= {"robot"}
+            assert robot["may"] == [action for action in actions if roles & set(WHO[action].split())], (name, robot)
+
+
 def test_the_service_says_whom_it_takes_the_caller_for(callers: dict[str, Caller]) -> None:
     def told(name: str) -> tuple[str, str | None]:
         caller = callers[name].get("/api/v1/session").json()

@@ -51,6 +51,7 @@ def test_a_robot_that_is_sold_on_takes_nothing_of_the_old_home_along(service: Se
     assert there["features"] == old_map["features"]
     assert ann.get(there["grid"]).status_code == 200
     assert ann.post(f"/api/v1/robots/{kept}/token").status_code == 409
+    assert ann.post(f"/api/v1/robots/{kept}/release").status_code == 409
     # whoever has it meanwhile is told nothing, and sends nothing
     assert robot.upload("1").status_code == 403
     assert robot.get(robot.path()).status_code == 403

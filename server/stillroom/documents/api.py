@@ -229,6 +229,8 @@ class RobotSummary(Document):
     name: str
     owner: str | None
     maps: list[MapSummary]
+    may: list[str]
+    """What the caller may do to it: `read`, `upload`, `edit`, `manage`, `rekey`, `disconnect`, `release`."""
 
 
 class NewRobot(BaseModel):

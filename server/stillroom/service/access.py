@@ -1,6 +1,6 @@
 """Who may do what. Every route asks `authorise` or `authorise_service`; what the table does not allow is refused."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -144,13 +144,16 @@ def _roles_towards(caller: Principal, robot_id: str, robot: RobotRow | None, rol
 
 def _check_scope(caller: Principal, action: Action) -> None:
     """Raises Forbidden for a person's token that was made for other things."""
-    if isinstance(caller, Robot) or caller.scopes is None:
-        return
-    if not any(action in SCOPES[scope] for scope in caller.scopes):
+    if not _in_scope(caller, action):
         needed = [scope for scope, actions in SCOPES.items() if action in actions]
         raise Forbidden(
             f"This needs a token of the scope {' or '.join(needed)}." if needed else "No token may do this: sign in.",
         )
+
+
+def _in_scope(caller: Principal, action: Action) -> bool:
+    """Of the token that stands for the caller."""
+    return isinstance(caller, Robot) or caller.scopes is None or any(action in SCOPES[one] for one in caller.scopes)
 
 
 def visible_to(caller: Principal) -> robots.Selection:
@@ -197,4 +200,20 @@ def who(caller: Principal) -> api.Caller:
     return api.Caller(kind=caller.duty or "person", id=caller.email, may=may_do)
 
 
+def rights_towards(tx: Transaction, caller: Principal, rows: Sequence[RobotRow]) -> Mapping[str, list[str]]:
+    """What the caller may do to each of some robots, by their ids."""
+    email = caller.email if isinstance(caller, Person) else None
+    homes = {} if email is None else {row.home: row.role for row in people.homes_of(tx, email)}
+    return {
+        row.id: [
+            action
+            for action in _OF_ROBOTS
+            if RIGHTS[action] & _roles_towards(caller, row.id, row, homes.get(row.owner or ""))
+            and _in_scope(caller, action)
+        ]
+        for row in rows
+    }
+
+
+_OF_ROBOTS: tuple[Action, ...] = ("read", "upload", "edit", "manage", "rekey", "disconnect", "release")
 _SERVICE: tuple[Action, ...] = ("account", "household", "messages", "figures", "triage", "register", "accounts")

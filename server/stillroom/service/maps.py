@@ -9,7 +9,7 @@ from stillroom.documents.missions import stored_meta
 from stillroom.documents.stored import decode_map
 from stillroom.errors import NotFound
 from stillroom.maps.semantics import SemanticMap
-from stillroom.service.access import Principal, visible_to
+from stillroom.service.access import Principal, rights_towards, visible_to
 from stillroom.service.paging import page_of
 from stillroom.store import maps, missions, robots
 from stillroom.store.database import Database, Transaction
@@ -23,10 +23,13 @@ def list_robots(database: Database, caller: Principal, after: str, limit: int) -
         rows, following = page_of(robots.page(tx, visible_to(caller), after, limit + 1), limit, lambda row: row.id)
         of_robots = maps.of_robots(tx, [row.id for row in rows])
         heads = maps.heads(tx, of_robots)
+        rights = rights_towards(tx, caller, rows)
     summaries: dict[str, list[api.MapSummary]] = {row.id: [] for row in rows}
     for of in of_robots:
         summaries[of.robot_id].append(map_summary(of, heads.get(of.id)))
-    items = [api.RobotSummary(id=r.id, name=r.name, owner=r.owner, maps=summaries[r.id]) for r in rows]
+    items = [
+        api.RobotSummary(id=r.id, name=r.name, owner=r.owner, maps=summaries[r.id], may=rights[r.id]) for r in rows
+    ]
     return api.Page(items=items, next=following)
 
 

@@ -65,11 +65,13 @@ def claim(database: Database, caller: Person, code: str, source: str) -> RobotDo
 def release(database: Database, robot_id: str) -> ClaimCode:
     """Gives a robot up. Its maps stay with who gives it up, under another name; the robot itself has none any more.
 
-    Until it is claimed with the new code it uploads nothing: what it still sees is the old home.
+    Until it is claimed with the new code it uploads nothing: what it still sees is the old home. Raises AlreadyExists for what
+    was kept of another.
     """
     code = new_claim_code()
     with database.write() as tx:
         row = _find(robots.lock(tx, robot_id), robot_id)
+        _check_not_kept(row)
         for map_id in robots.map_ids(
             tx, robot_id
         ):  # whoever works on one is done, or begins again with what it is from now on
@@ -101,8 +103,7 @@ def new_token(database: Database, robot_id: str) -> RobotToken:
     token = new_secret(ROBOT)
     with database.write() as tx:
         row = _find(robots.lock(tx, robot_id), robot_id)
-        if row.kept_from is not None:
-            raise AlreadyExists("This is what was kept of a robot that was given up: nothing uploads to it any more.")
+        _check_not_kept(row)
         robots.change(tx, robot_id, {"token_hash": hash_of(token), "token_made_at": clock.now(tx)})
     return RobotToken(robot=robot_id, token=token)
 
@@ -110,6 +111,12 @@ def new_token(database: Database, robot_id: str) -> RobotToken:
 def revoke_token(database: Database, robot_id: str) -> None:
     with database.write() as tx:
         robots.change(tx, robot_id, {"token_hash": _nobodys(), "token_made_at": None})
+
+
+def _check_not_kept(row: RobotRow) -> None:
+    """Raises AlreadyExists."""
+    if row.kept_from is not None:
+        raise AlreadyExists("This is what was kept of a robot that was given up: there is no robot behind it any more.")
 
 
 def _find(row: RobotRow | None, robot_id: str) -> RobotRow:

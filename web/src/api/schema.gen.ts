@@ -4987,6 +4987,8 @@ export interface components {
             id: string;
             /** Maps */
             maps: components["schemas"]["MapSummary"][];
+            /** May */
+            may: string[];
             /** Name */
             name: string;
             /** Owner */

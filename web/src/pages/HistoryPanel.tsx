@@ -22,11 +22,13 @@ interface HistoryPanelProps {
   readonly shown: number;
   readonly newest: number;
   readonly pinned: number | null;
+  readonly mayEdit: boolean;
   readonly onChoose: (version: number | null) => void;
   readonly onCompare: (before: number, after: number) => void;
 }
 
-export default function HistoryPanel({ history, shown, newest, pinned, onChoose, onCompare }: HistoryPanelProps) {
+export default function HistoryPanel(props: HistoryPanelProps) {
+  const { history, shown, newest, pinned, mayEdit, onChoose, onCompare } = props;
   if (history.isPending) return <Loading />;
   if (history.error && history.entries.length === 0) {
     return <Failure what={texts.history.failed} error={history.error} retry={history.retry} />;
@@ -44,6 +46,7 @@ export default function HistoryPanel({ history, shown, newest, pinned, onChoose,
               isNewest={entry.version.version === newest}
               newest={newest}
               pinned={pinned}
+              mayEdit={mayEdit}
               missions={history.missions}
               onCompare={onCompare}
               onNewest={() => onChoose(null)}
@@ -75,6 +78,7 @@ interface VersionEntryProps {
   readonly isNewest: boolean;
   readonly newest: number;
   readonly pinned: number | null;
+  readonly mayEdit: boolean;
   readonly missions: readonly Mission[];
   readonly onChoose: () => void;
   readonly onCompare: (before: number, after: number) => void;

@@ -46,6 +46,7 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
   const owner = robots.find(({ id }) => id === robot);
   const summary = owner?.maps.find((one) => one.map === map);
   const title = summary?.name ?? map;
+  const mayEdit = owner?.may.includes("edit") ?? false;
 
   const asked = isOld ? old : head;
   if (summary?.version === null) {
@@ -53,9 +54,17 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
       <Notice title={title}>
         <p>{texts.map.noVersion}</p>
         <Link href="/">{texts.home}</Link>
-        <ParkedPanel robot={robot} map={map} floors={owner?.maps ?? []} />
+        {mayEdit && <ParkedPanel robot={robot} map={map} floors={owner?.maps ?? []} />}
         <Suspense fallback={<Loading />}>
-          <HistoryPanel history={history} shown={0} newest={0} pinned={null} onChoose={choose} onCompare={compare} />
+          <HistoryPanel
+            history={history}
+            shown={0}
+            newest={0}
+            pinned={null}
+            mayEdit={mayEdit}
+            onChoose={choose}
+            onCompare={compare}
+          />
         </Suspense>
       </Notice>
     );
@@ -69,7 +78,7 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
   }
   if (!document || !view || newest === undefined) return <Loading />;
 
-  if (editing && head.data) {
+  if (editing && mayEdit && head.data) {
     return (
       <Suspense fallback={<Loading />}>
         <Editor robot={robot} map={map} title={title} head={head.data} onDone={() => edit(false)} />
@@ -110,7 +119,7 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
           <p>
             {owner?.name ?? robot} · {texts.map.summary(view.rooms.length, view.area)}
           </p>
-          {!isOld && (
+          {!isOld && mayEdit && (
             <Button
               className={classes.edit ?? ""}
               mih={44}
@@ -121,8 +130,8 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
             </Button>
           )}
         </header>
-        <MapQuestions conflicts={questions.filter((one) => !isParked(one))} />
-        <ParkedPanel robot={robot} map={map} floors={owner?.maps ?? []} />
+        <MapQuestions conflicts={questions.filter((one) => !isParked(one))} mayEdit={mayEdit} />
+        {mayEdit && <ParkedPanel robot={robot} map={map} floors={owner?.maps ?? []} />}
         <Tabs
           defaultValue={showsHistory ? "history" : "rooms"}
           keepMounted={false}
@@ -138,7 +147,7 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
               selected={selection.room}
               onSelect={(id) => setSelection({ room: id, centre: true })}
             />
-            {summary && <ReviewSetting robot={robot} map={summary} />}
+            {summary && mayEdit && <ReviewSetting robot={robot} map={summary} />}
           </Tabs.Panel>
           <Tabs.Panel value="history">
             <Suspense fallback={<Loading />}>
@@ -147,6 +156,7 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
                 shown={document.version}
                 newest={newest}
                 pinned={summary?.pinned ?? null}
+                mayEdit={mayEdit}
                 onChoose={choose}
                 onCompare={compare}
               />

@@ -82,14 +82,19 @@ export function Questions({ conflicts, nameOf }: QuestionsProps) {
 }
 
 /** Those of one map, for its own page; nothing where there are none. */
-export function MapQuestions({ conflicts }: { readonly conflicts: readonly Conflict[] }) {
+interface MapQuestionsProps {
+  readonly conflicts: readonly Conflict[];
+  readonly mayEdit: boolean;
+}
+
+export function MapQuestions({ conflicts, mayEdit }: MapQuestionsProps) {
   const [first] = conflicts;
   if (!first) return null;
   return (
     <section className={classes.ofMap} aria-labelledby="questions-of-map">
       <h2 id="questions-of-map">{texts.questions.here}</h2>
       <Questions conflicts={conflicts} />
-      {conflicts.length > 1 && <AnswerAll robot={first.robot} map={first.map} />}
+      {mayEdit && conflicts.length > 1 && <AnswerAll robot={first.robot} map={first.map} />}
     </section>
   );
 }

@@ -12,13 +12,15 @@ interface VersionActionsProps {
   readonly isNewest: boolean;
   readonly pinned: number | null;
   readonly newest: number;
+  readonly mayEdit: boolean;
   readonly onCompare: (before: number, after: number) => void;
   /** Called when another version has come into force by what was done here. */
   readonly onNewest: () => void;
 }
 
 /** What can be done with a version: compared, brought back, pinned, named. */
-export function VersionActions({ version, isNewest, pinned, newest, onCompare, onNewest }: VersionActionsProps) {
+export function VersionActions(props: VersionActionsProps) {
+  const { version, isNewest, pinned, newest, mayEdit, onCompare, onNewest } = props;
   const queries = useQueryClient();
   const path = { robot: version.robot, map: version.map, version: version.version };
   const settle = { onSettled: () => refreshAll(queries) };
@@ -52,15 +54,21 @@ export function VersionActions({ version, isNewest, pinned, newest, onCompare, o
           <Button mih={40} variant="default" onClick={() => onCompare(version.version, newest)}>
             {texts.history.compareNow}
           </Button>
-          <Button mih={40} loading={restore.isPending} onClick={() => restore.mutate()}>
-            {texts.history.restore}
-          </Button>
+          {mayEdit && (
+            <Button mih={40} loading={restore.isPending} onClick={() => restore.mutate()}>
+              {texts.history.restore}
+            </Button>
+          )}
         </>
       )}
-      <Button mih={40} variant="default" loading={pin.isPending} onClick={() => pin.mutate(!isPinned)}>
-        {isPinned ? texts.history.unpin : texts.history.pin}
-      </Button>
-      <NameForm version={version} />
+      {mayEdit && (
+        <>
+          <Button mih={40} variant="default" loading={pin.isPending} onClick={() => pin.mutate(!isPinned)}>
+            {isPinned ? texts.history.unpin : texts.history.pin}
+          </Button>
+          <NameForm version={version} />
+        </>
+      )}
       {error && <p role="alert">{error.message}</p>}
     </div>
   );

@@ -54,6 +54,7 @@ export default function ReviewPage({ robot, map, conflict: key, robots }: Review
       before={before.data}
       title={title}
       floors={owner?.maps ?? []}
+      mayAnswer={owner?.may.includes("edit") ?? false}
     />
   );
 }
@@ -68,8 +69,14 @@ export interface ReviewProps {
   readonly title: string;
 }
 
-function Review(props: ReviewProps & { readonly floors: readonly Schemas["MapSummary"][] }) {
-  const { conflict, head, title } = props;
+interface Situated {
+  readonly floors: readonly Schemas["MapSummary"][];
+  /** Viewers of a home look, and are asked nothing. */
+  readonly mayAnswer: boolean;
+}
+
+function Review(props: ReviewProps & Situated) {
+  const { conflict, head, title, mayAnswer } = props;
   const asked = useAsked(conflict, head);
   const situation = useMemo(() => situationOf(conflict, asked, props.sensed), [conflict, asked, props.sensed]);
   const [refused, setRefused] = useState(false);
@@ -95,7 +102,13 @@ function Review(props: ReviewProps & { readonly floors: readonly Schemas["MapSum
           situation={situation}
           heading={heading}
           onRefused={onRefused}
-          ended={isOver ? <Ended conflict={conflict} head={head} situation={situation} late={refused} /> : null}
+          ended={
+            isOver ? (
+              <Ended conflict={conflict} head={head} situation={situation} late={refused} />
+            ) : mayAnswer ? null : (
+              <p>{reviewTexts.onlyLook}</p>
+            )
+          }
         />
       )}
     </>
@@ -115,22 +128,24 @@ function Parked({
   conflict,
   head,
   floors,
+  mayAnswer,
   heading,
   onRefused,
-}: ReviewProps & {
-  readonly floors: readonly Schemas["MapSummary"][];
-  readonly heading: ReactNode;
-  readonly onRefused: () => void;
-}) {
+}: ReviewProps &
+  Situated & {
+    readonly heading: ReactNode;
+    readonly onRefused: () => void;
+  }) {
   const mission = useQuery(missionQuery(conflict.robot, conflict.map, conflict.mission));
   return (
     <div className={classes.parked}>
       {heading}
       {conflict.decided_by !== null && <Ended conflict={conflict} head={head} situation={NOTHING_KNOWN} late={false} />}
-      {conflict.decided_by === null && mission.data && (
+      {conflict.decided_by === null && !mayAnswer && <p>{reviewTexts.onlyLook}</p>}
+      {conflict.decided_by === null && mayAnswer && mission.data && (
         <ParkedQuestion mission={mission.data} floors={floors} others={0} titled={false} onPlaced={() => undefined} />
       )}
-      {conflict.decided_by === null && (
+      {conflict.decided_by === null && mayAnswer && (
         <AnswerList
           conflict={conflict}
           situation={NOTHING_KNOWN}

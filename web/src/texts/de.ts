@@ -273,6 +273,7 @@ export const conflictDe: ConflictTexts = {
 };
 
 export const reviewDe: ReviewTexts = {
+  onlyLook: "Sie dürfen dieses Zuhause ansehen. Antworten geben der Besitzer und die Mitglieder.",
   back: "Zur Karte",
   questions: "Alle Fragen",
   question: "Frage",

@@ -3,6 +3,7 @@
 import { area, count } from "../numbers";
 
 export const reviewEn = {
+  onlyLook: "You may look at this home. Its owner and members answer.",
   back: "Open the map",
   questions: "All questions",
   question: "Question",
