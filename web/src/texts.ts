@@ -5,6 +5,7 @@ import { en } from "./texts/en";
 import type { editorEn } from "./texts/en.editor";
 import type { fleetEn } from "./texts/en.fleet";
 import type { peopleEn } from "./texts/en.people";
+import type { privacyEn } from "./texts/en.privacy";
 import type { reviewEn } from "./texts/en.review";
 import type { settingsEn } from "./texts/en.settings";
 
@@ -15,6 +16,7 @@ export type ConflictTexts = Readonly<Record<string, (rooms: string, percent: num
 export type EditorTexts = typeof editorEn;
 export type FleetTexts = typeof fleetEn;
 export type PeopleTexts = typeof peopleEn;
+export type PrivacyTexts = typeof privacyEn;
 export type ReviewTexts = typeof reviewEn;
 export type SettingsTexts = typeof settingsEn;
 export type Language = "en" | "de";

@@ -3,6 +3,7 @@ import { useState } from "react";
 import { answered, api, type Schemas } from "../api/client";
 import { robotsQuery } from "../api/queries";
 import { Failure, Loading } from "../pages/states";
+import { PrivacySection } from "../privacy/PrivacySection";
 import { texts } from "../texts";
 import { OwnRobots } from "./OwnRobots";
 import classes from "./People.module.css";
@@ -29,6 +30,7 @@ export function HomePage({ email }: { readonly email: string }) {
       <OwnRobots email={email} />
       <People household={household.data} mail={ways.data.mail} />
       {household.data.homes.length > 0 && <Others homes={household.data.homes} />}
+      <PrivacySection email={email} />
     </>
   );
 }

@@ -2,10 +2,12 @@ import { describe, expect, it } from "vitest";
 import { de, editorDe, reviewDe, settingsDe } from "./de";
 import { fleetDe } from "./de.fleet";
 import { peopleDe } from "./de.people";
+import { privacyDe } from "./de.privacy";
 import { en } from "./en";
 import { editorEn } from "./en.editor";
 import { fleetEn } from "./en.fleet";
 import { peopleEn } from "./en.people";
+import { privacyEn } from "./en.privacy";
 import { reviewEn } from "./en.review";
 import { settingsEn } from "./en.settings";
 
@@ -52,6 +54,7 @@ describe.each([
   ["messages", settingsEn, settingsDe],
   ["the fleet", fleetEn, fleetDe],
   ["people", peopleEn, peopleDe],
+  ["privacy", privacyEn, privacyDe],
 ])("the texts of %s", (_, english, german) => {
   it("are the same ones in both languages, and none is left untranslated", () => {
     const [one, other] = [leaves(english), leaves(german)];
