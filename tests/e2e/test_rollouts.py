@@ -80,15 +80,32 @@ def test_a_rollout_from_the_first_look_to_the_way_back(
     number = next(n for n in range(1000) if is_candidate(NAME, 25, f"RB-{n}"))
     robot = fleet.add_robot(f"RB-{number}", "Robin")
     robot.upload("0")
+    robot.upload("1", home(shift=(1, 0)))
+
+    # on stored missions
+    page.get_by_role("link", name="Rollouts").click()
+    again = page.get_by_role("form", name="Run missions again")
+    again.get_by_label("Name").fill("coarse")
+    again.get_by_label("Resolvers").select_option("none")
+    again.get_by_role("button", name="Run missions again").click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("coarse")
+    for _ in range(20):
+        if "1 of 1" in page.locator("main").inner_text():
+            break
+        page.wait_for_timeout(500)
+        page.reload()
+        expect(page.get_by_role("heading", level=1)).to_have_text("coarse")
+    expect(page.get_by_role("row", name="With meta-dividers")).to_contain_text("1")
+    page.get_by_role("link", name="All rollouts and replays").click()
 
     # beside: no home's map changes, and a paired table appears
-    page.get_by_role("link", name="Rollouts").click()
-    page.get_by_label("Name").fill(NAME)
-    page.get_by_label("Resolvers").select_option("none")
-    page.get_by_label("At most so much worse (points)").fill("2")
-    page.get_by_role("button", name="Begin").click()
+    begin = page.get_by_role("region", name="Begin a rollout")
+    begin.get_by_label("Name").fill(NAME)
+    begin.get_by_label("Resolvers").select_option("none")
+    begin.get_by_label("At most so much worse (points)").fill("2")
+    begin.get_by_role("button", name="Begin").click()
     expect(page.get_by_role("heading", level=1)).to_contain_text(f"{NAME} running")
-    robot.upload("1", home(shift=(1, 0)))
+    robot.upload("2", home(shift=(2, 0)))
     before = get(fleet, robot.path.removeprefix(fleet.url))
     paired = page.get_by_role("region", name="The same missions both ways")
     for _ in range(20):
@@ -123,7 +140,7 @@ def test_a_rollout_from_the_first_look_to_the_way_back(
 
     # at 25 %: it harms, and halts by itself
     put_at(arms.database, 25)
-    robot.upload("2", home(shift=(2, 0)))
+    robot.upload("3", home(shift=(1, 0)))
     document = get(fleet, robot.path.removeprefix(fleet.url))
     rooms = [feature for feature in document["features"] if feature["properties"]["semantic"] == "room"]
     robot.edit(document["version"], {"op": "rename_room", "id": rooms[0]["id"], "name": "Kitchen"})
@@ -135,8 +152,8 @@ def test_a_rollout_from_the_first_look_to_the_way_back(
     maps = page.get_by_role("region", name="Maps that the candidate changed")
     expect(maps).to_contain_text(f"{robot.id} / ground")
     look_at_all(page, "rollout-halted")
-    robot.upload("3", home(shift=(1, 0)))
-    of_last = get(fleet, f"/api/v1/fleet/robots/{robot.id}/maps/ground/missions/3")
+    robot.upload("4", home(shift=(2, 0)))
+    of_last = get(fleet, f"/api/v1/fleet/robots/{robot.id}/maps/ground/missions/4")
     assert "+" not in of_last["algorithm"]  # it has what it had before
 
     # and back, with what its owner changed meanwhile

@@ -2,23 +2,18 @@ import { Button } from "@mantine/core";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { Link, useLocation } from "wouter";
-import { answered, api, type Schemas } from "../api/client";
+import { answered, api } from "../api/client";
 import { Moment } from "../Moment";
 import { texts } from "../texts";
 import classes from "./Fleet.module.css";
-import { whole } from "./figures";
 import { Panel, Table } from "./Panel";
-import { replayPath, rolloutPath } from "./paths";
-import { MEASURES, type Measure, type Rollout, replaysQuery, rolloutsKey, rolloutsQuery } from "./rollouts";
+import { rolloutPath } from "./paths";
+import { Replays } from "./Replays";
+import { MEASURES, type Measure, type Rollout, rolloutsKey, rolloutsQuery } from "./rollouts";
+import { CODES_OWN, isUsable, SettingFields, settingOf } from "./SettingFields";
 import { fleetTexts } from "./texts";
 
 const words = fleetTexts.rollouts;
-const RESOLVERS = {
-  both: ["meta_occupancy", "meta_dividers"],
-  occupancy: ["meta_occupancy"],
-  none: [],
-} as const satisfies Record<string, readonly Schemas["NewRollout"]["resolvers"][number][]>;
-
 /** What is tried, was tried, and a form to try something else. */
 export function RolloutsPage() {
   const { data } = useQuery(rolloutsQuery);
@@ -82,8 +77,7 @@ function Begin() {
   const queries = useQueryClient();
   const [, go] = useLocation();
   const [name, setName] = useState("");
-  const [resolvers, setResolvers] = useState<keyof typeof RESOLVERS>("both");
-  const [params, setParams] = useState("{}");
+  const [setting, setSetting] = useState(CODES_OWN);
   const [measure, setMeasure] = useState<Measure>("meta_dividers");
   const [points, setPoints] = useState("1");
   const [least, setLeast] = useState("300");
@@ -91,8 +85,7 @@ function Begin() {
   const begin = useMutation({
     mutationFn: () => {
       const gates = [{ measure, margin: Number(points) / 100, minimum_n: Number(least) }];
-      const changed = JSON.parse(params) as Schemas["NewRollout"]["params"];
-      const body = { name, resolvers: [...RESOLVERS[resolvers]], params: changed, gates, automatic };
+      const body = { name, ...settingOf(setting), gates, automatic };
       return answered(api.POST("/api/v1/fleet/rollouts", { body }));
     },
     onSuccess: async (made) => {
@@ -100,7 +93,7 @@ function Begin() {
       go(rolloutPath(made.name));
     },
   });
-  const wrong = !isObject(params);
+  const wrong = !isUsable(setting);
   return (
     <Panel title={words.begin} lead={words.beginLead}>
       <form
@@ -120,28 +113,7 @@ function Begin() {
             onChange={({ currentTarget: { value } }) => setName(value)}
           />
         </label>
-        <label className={classes.select}>
-          {words.resolvers}
-          <select
-            value={resolvers}
-            onChange={({ currentTarget: { value } }) => setResolvers(value as keyof typeof RESOLVERS)}
-          >
-            {Object.entries(words.resolverSets).map(([key, said]) => (
-              <option key={key} value={key}>
-                {said}
-              </option>
-            ))}
-          </select>
-        </label>
-        <label className={classes.select}>
-          {words.params}
-          <input
-            value={params}
-            aria-invalid={wrong}
-            spellCheck={false}
-            onChange={({ currentTarget: { value } }) => setParams(value)}
-          />
-        </label>
+        <SettingFields setting={setting} change={setSetting} />
         <label className={classes.select}>
           {words.measure}
           <select value={measure} onChange={({ currentTarget: { value } }) => setMeasure(value as Measure)}>
@@ -188,53 +160,6 @@ function Begin() {
       </form>
       {wrong && <p role="alert">{words.paramsWrong}</p>}
       {begin.isError && <p role="alert">{begin.error.message}</p>}
-    </Panel>
-  );
-}
-
-function isObject(text: string): boolean {
-  try {
-    const found: unknown = JSON.parse(text);
-    return typeof found === "object" && found !== null && !Array.isArray(found);
-  } catch {
-    return false;
-  }
-}
-
-function Replays() {
-  const { data } = useQuery(replaysQuery);
-  if (!data) return null;
-  return (
-    <Panel title={words.replays} lead={words.replaysLead}>
-      {data.length === 0 ? (
-        <p>{words.noReplays}</p>
-      ) : (
-        <Table label={words.replays}>
-          <thead>
-            <tr>
-              {[words.name, words.algorithm, words.missions, words.begun].map((head) => (
-                <th key={head} scope="col">
-                  {head}
-                </th>
-              ))}
-            </tr>
-          </thead>
-          <tbody>
-            {data.map((one) => (
-              <tr key={one.name}>
-                <th scope="row">
-                  <Link href={replayPath(one.name)}>{one.name}</Link>
-                </th>
-                <td>{one.algorithm}</td>
-                <td>{words.progress(whole(one.done), whole(one.missions))}</td>
-                <td>
-                  <Moment at={one.created_at} />
-                </td>
-              </tr>
-            ))}
-          </tbody>
-        </Table>
-      )}
     </Panel>
   );
 }

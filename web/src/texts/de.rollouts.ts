@@ -89,7 +89,10 @@ export const rolloutsDe: typeof rolloutsEn = {
   kept: (map, reason) => `${map} blieb, wie sie ist: ${reason}`,
   dashboard: "Seine Fahrten im Überblick",
   replays: "Wiederholungen",
-  replaysLead: "Gespeicherte Fahrten, mit „stillroom replay“ noch einmal gerechnet; keine Karte ändert sich.",
+  replaysLead:
+    "Gespeicherte Fahrten, noch einmal gerechnet, wenn sonst nichts wartet, oder mit „stillroom replay“; keine Karte ändert sich.",
+  replay: "Fahrten noch einmal rechnen",
+  since: "Verarbeitet seit",
   noReplays: "Es gab noch keine.",
   progress: (done, all) => `${done} von ${all}`,
   algorithm: "Algorithmus",

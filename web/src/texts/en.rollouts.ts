@@ -90,7 +90,10 @@ export const rolloutsEn = {
   kept: (map: string, reason: string) => `${map} stayed as it is: ${reason}`,
   dashboard: "Its missions on the dashboard",
   replays: "Replays",
-  replaysLead: "Stored missions run again by “stillroom replay”; no map is touched.",
+  replaysLead:
+    "Stored missions run again, by workers when nothing else waits, or by “stillroom replay”; no map is touched.",
+  replay: "Run missions again",
+  since: "Processed since",
   noReplays: "There was none yet.",
   progress: (done: string, all: string) => `${done} of ${all}`,
   algorithm: "Algorithm",
