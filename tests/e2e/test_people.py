@@ -1,11 +1,16 @@
 """People: invited, signed in by password, at home; robots that change hands."""
 
 import re
+from datetime import UTC, datetime
 
 import httpx2
 from playwright.sync_api import Page, expect
 
-from tests.e2e.conftest import ADMIN_TOKEN, OpenPage, Running
+from stillroom.service.accounts import new_login_link
+from stillroom.store import people
+from stillroom.store.database import Database
+from tests.e2e.conftest import ADMIN_TOKEN, OpenPage, Robot, Running
+from tests.e2e.looking import shown
 from tests.e2e.test_accessibility import AXE
 
 PASSWORD = "a few words in a row"
@@ -124,3 +129,27 @@ def test_pages_about_people_are_for_everybody(served: Running, open_page: OpenPa
         page = open_page("/operator", bypass_csp=True, **size)
         expect(page.get_by_role("heading", name="Accounts", exact=True)).to_be_visible()
         assert complaints(page) == []
+
+
+def test_a_viewer_of_a_home_is_offered_nothing_that_viewers_may_not_do(served: Running, open_page: OpenPage) -> None:
+    made = httpx2.post(
+        f"{served.url}/api/v1/robots",
+        headers={"Authorization": f"Bearer {ADMIN_TOKEN}"},
+        json={"id": "RB-of-Una", "name": "Una's robot", "owner": "una@example.org"},
+    )
+    robot = Robot(served, "RB-of-Una", made.json()["token"])
+    robot.upload("0")
+    database = Database(f"sqlite:///{served.data_dir / 'stillroom.sqlite'}")
+    with database.write() as tx:
+        people.join(tx, "una@example.org", "vic@example.org", "viewer", datetime.now(UTC))
+    for email, offered in (("una@example.org", 1), ("vic@example.org", 0)):
+        page = open_page(f"/login?token={new_login_link(database, email)}", storage_state=None)
+        page.get_by_role("link", name="ground").click()
+        shown(page, 1)
+        page.get_by_role("tab", name="History").click()
+        expect(page.get_by_text("in force")).to_be_visible()
+        expect(page.get_by_role("button", name="Pin this version")).to_have_count(offered)
+        expect(page.get_by_role("button", name="Edit", exact=True)).to_have_count(offered)
+        page.goto("/home")
+        expect(page.get_by_text("una@example.org")).to_have_count(1 - offered)
+    database.dispose()

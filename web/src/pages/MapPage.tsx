@@ -46,7 +46,7 @@ export default function MapPage({ robot, map, robots }: MapPageProps) {
   const owner = robots.find(({ id }) => id === robot);
   const summary = owner?.maps.find((one) => one.map === map);
   const title = summary?.name ?? map;
-  const mayEdit = owner?.may.includes("edit") ?? false;
+  const mayEdit = owner?.may.includes("edit") ?? true;
 
   const asked = isOld ? old : head;
   if (summary?.version === null) {

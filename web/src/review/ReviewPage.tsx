@@ -54,7 +54,7 @@ export default function ReviewPage({ robot, map, conflict: key, robots }: Review
       before={before.data}
       title={title}
       floors={owner?.maps ?? []}
-      mayAnswer={owner?.may.includes("edit") ?? false}
+      mayAnswer={owner?.may.includes("edit") ?? true}
     />
   );
 }
