@@ -164,7 +164,8 @@ class Driver:
                 with self.figures.lock:
                     self.figures.bad.append(f"{method} {path}: {answer.status} {content[:300]!r}")
         is_json = answer.headers.get_content_subtype() in ("json", "geo+json", "problem+json")
-        return answer.status, dict(answer.headers), json.loads(content) if is_json else {}
+        named = {name.title(): value for name, value in answer.headers.items()}
+        return answer.status, named, json.loads(content) if is_json else {}
 
     def _connection(self) -> http.client.HTTPConnection:
         """This thread's own; a new one goes to any of the processes."""
