@@ -39,11 +39,11 @@ def receive(
     grid_key, digest = grids.put(content), said.digest()
     with database.write() as tx:
         erasing.hold_grids(tx, alone=False)
-        sender = robots.get(tx, robot_id)
-        if sender is None or sender.released_at is not None:
-            raise Forbidden(f"{robot_id} was given up meanwhile.")
         row = maps.get_or_add(tx, robot_id, map_name)
         lanes.lock(tx, row.id)
+        sender = robots.get(tx, robot_id)  # looked up under the locks, which giving it up waits for, too
+        if sender is None or sender.released_at is not None:
+            raise Forbidden(f"{robot_id} was given up meanwhile.")
         there = missions.by_key(tx, row.id, key)
         if there is not None:
             if (there.grid or grid_key, there.meta_digest) != (grid_key, digest):
