@@ -6,7 +6,7 @@ from typing import Literal
 
 from fastapi import APIRouter
 from prometheus_client import CollectorRegistry, generate_latest
-from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.core import GaugeMetricFamily, Metric
 from prometheus_client.exposition import CONTENT_TYPE_LATEST
 from pydantic import BaseModel
 from starlette.responses import Response
@@ -68,21 +68,24 @@ class _Messages:
 
 
 class _Fleet:
-    """What failure rates are made of, so that Prometheus can take them over any time."""
+    """What failure rates are made of, so that Prometheus can take them over any time: with `delta()`.
+
+    No counters: a mission that is run again, or a home that is deleted, takes some away, which Prometheus would take for a restart from 0.
+    """
 
     def __init__(self, totals: Mapping[str, int], uncounted: int) -> None:
         self._totals, self._uncounted = totals, uncounted
 
     def collect(self) -> Iterator[Metric]:
         judged = "Missions that the failure rates are shares of: neither first, late nor parked ones"
-        yield CounterMetricFamily("stillroom_missions_judged", judged, self._totals["missions"])
+        yield GaugeMetricFamily("stillroom_missions_judged", judged, self._totals["missions"])
         name = "stillroom_missions_failed"
-        failed = CounterMetricFamily(name, "Judged missions that fail with so much of the system", labels=["row"])
+        failed = GaugeMetricFamily(name, "Judged missions that fail with so much of the system", labels=["row"])
         for row in ("transfer", "meta_occupancy", "meta_dividers"):
             failed.add_metric([row], self._totals[row])
         yield failed
         escaped = "Missions that were taken by themselves and that people corrected within a week"
-        yield CounterMetricFamily("stillroom_missions_escaped", escaped, self._totals["escapes"])
+        yield GaugeMetricFamily("stillroom_missions_escaped", escaped, self._totals["escapes"])
         text = "Missions that were processed and are not in the failure rates yet"
         yield GaugeMetricFamily("stillroom_missions_uncounted", text, self._uncounted)
 
@@ -92,7 +95,7 @@ class _Missions:
         self._tally = tally
 
     def collect(self) -> Iterator[Metric]:
-        done = CounterMetricFamily("stillroom_missions", "Missions processed", labels=["outcome"])
+        done = GaugeMetricFamily("stillroom_missions", "Missions processed", labels=["outcome"])
         for outcome, count in sorted(self._tally.by_outcome.items()):
             done.add_metric([outcome], count)
         yield done
