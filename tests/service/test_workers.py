@@ -163,6 +163,25 @@ def test_a_mission_whose_worker_was_killed_while_it_had_the_claim_is_processed_b
 
 
 @pytest.mark.parametrize("engine", ["sqlite"])
+def test_a_service_that_is_told_to_end_answers_who_waits_and_leaves_the_mission_to_the_next(
+    settings: Settings, token: str
+) -> None:
+    with serving(settings, workers=0, token=token) as running, ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(running.upload, 0, "wait=60")
+
+        def is_queued() -> bool:
+            with httpx2.Client(base_url=running.http.base_url, headers=running.http.headers) as another:
+                return another.get(f"{PATH}/missions/0").status_code == 200
+
+        eventually(is_queued, "the mission is there")
+        running.process.terminate()
+        assert (waiting.result(PATIENCE_S).status_code, waiting.result().json()["status"]) == (202, "queued")
+        assert running.process.wait(PATIENCE_S) == 0
+    with serving(settings, workers=1, token=token) as running:
+        assert running.upload(0, "wait=60").json()["outcome"] == "created"
+
+
+@pytest.mark.parametrize("engine", ["sqlite"])
 def test_a_worker_that_is_killed_is_started_again(settings: Settings, token: str) -> None:
     with serving(settings, workers=1, token=token) as running:
         assert running.upload(0, "wait=60").status_code == 201

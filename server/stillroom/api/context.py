@@ -64,7 +64,8 @@ class Parts:
         return Means(self.database, self.grids, self.resolvers)
 
 
-async def parts(request: Request) -> Parts:  # dependencies that wait for nothing are async: the others take a thread each
+async def parts(request: Request) -> Parts:
+    # Dependencies that wait for nothing are async: each of the others takes a thread.
     found: Parts = request.app.state.parts
     return found
 
