@@ -4,6 +4,7 @@ Each question goes through the whole application, without a network. Ends with 1
 """
 
 import argparse
+import logging
 import sys
 import tempfile
 import time
@@ -13,6 +14,7 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
+import structlog
 from starlette.testclient import TestClient
 
 from stillroom.app import create_app
@@ -112,6 +114,8 @@ def _ask(http: TestClient, name: str, path: str, most_ms: int, times: int) -> bo
 
 
 def main() -> int:
+    # a line in the log for each question is no part of the figures
+    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.WARNING))
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--missions", type=int, default=1_000_000)
     options.add_argument("--robots", type=int, default=10_000)
