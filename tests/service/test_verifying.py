@@ -3,7 +3,8 @@
 import json
 import sqlite3
 from collections.abc import Callable
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ import sqlalchemy as sa
 from stillroom.__main__ import main
 from stillroom.service.fleet.counting import catch_up
 from stillroom.service.verifying import Report, verify
+from stillroom.store import erasing
 from stillroom.store.database import Database, Transaction
 from stillroom.store.fleet_tables import counted, fleet_day
 from stillroom.store.tables import event, lane, map_, mission, version
@@ -121,6 +123,9 @@ def test_damage_is_found(worked: Service, tmp_path: Path) -> None:
     worked.grids.put(b"of an upload that never was")
     assert checked(worked).faults == {"orphans": 1}
     assert verify(worked.database, worked.grids).holds  # it may be on its way
+    with worked.database.write() as tx:
+        erasing.discard(tx, [sha256(b"of an upload that never was").hexdigest()], datetime.now(UTC))
+    assert checked(worked).holds  # it is deleted soon
 
 
 @pytest.mark.parametrize("engine", ["sqlite"])

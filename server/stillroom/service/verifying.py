@@ -71,12 +71,12 @@ def verify(
         for fault in _figures(tx):
             report.add(fault)
         report.counts["counted"] = audit.count(tx, "counted")
-        referred, now = set(audit.grids(tx)) - {""}, clock.now(tx)
+        referred, discarded, now = set(audit.grids(tx)) - {""}, audit.discarded_grids(tx), clock.now(tx)
     for path in acknowledged:
         if path not in known:
             report.add(Fault("acknowledged", path, "was acknowledged and is not there"))
     report.counts.update(grids=len(referred), acknowledged=len(acknowledged))
-    for fault in _grids(grids, referred, read_grids, now.astimezone(UTC) - grace):
+    for fault in _grids(grids, referred, discarded, read_grids, now.astimezone(UTC) - grace):
         report.add(fault)
     return report
 
@@ -179,9 +179,9 @@ def _figures(tx: Transaction) -> Iterator[Fault]:
         yield Fault("figures", " ".join(map(str, key)), f"{name}: none counted, {missing.total()} by a recount")
 
 
-def _grids(grids: GridStore, referred: set[str], read: bool, before: datetime) -> Iterator[Fault]:
+def _grids(grids: GridStore, referred: set[str], discarded: set[str], read: bool, before: datetime) -> Iterator[Fault]:
     """Every grid that is referred to is there, whole; nothing else is, but for what has just come."""
-    paths = {path_of(key) for key in referred}
+    paths = {path_of(key) for key in referred | discarded}
     there = set()
     for stored in grids.list():
         there.add(stored.path)

@@ -10,6 +10,7 @@ import sqlalchemy as sa
 from stillroom.store.database import Transaction
 from stillroom.store.fleet import Counted
 from stillroom.store.fleet_tables import counted, fleet_day, fleet_failure_day, fleet_robot, uncounted
+from stillroom.store.privacy_tables import discarded_grid
 from stillroom.store.rows import RowT, as_row, columns
 from stillroom.store.tables import event, lane, map_, metadata, mission, room, version
 
@@ -131,6 +132,11 @@ def facts(tx: Transaction) -> Iterator[Counted]:
     """Every mission that is counted."""
     rows = tx.execute(sa.select(*columns(counted, Counted)).execution_options(yield_per=_STREAM))
     yield from (as_row(Counted, row) for row in rows)
+
+
+def discarded_grids(tx: Transaction) -> set[str]:
+    """That are deleted soon, if nothing refers to them."""
+    return set(tx.execute(sa.select(discarded_grid.c.key)).scalars())
 
 
 def robot_numbers(tx: Transaction) -> set[int]:

@@ -12,7 +12,7 @@ from alembic.script import ScriptDirectory
 from stillroom.store.database import Database, Transaction
 
 _PACKAGE = Path(__file__).parents[1]
-_LOCK = 0x57113
+_LOCK = 0x57114
 """On PostgreSQL, whoever migrates holds it."""
 
 
