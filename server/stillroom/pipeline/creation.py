@@ -34,8 +34,8 @@ MOSTLY_WALLED = 0.75
 
 def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = PARAMS) -> SemanticMap:
     """Rooms, dividers, walls and clutter of `grid`; new ids are taken from `ids`."""
-    seen = without_specks(explored_part(grid, params), params)
-    obstacles = separate_clutter(seen, params)
+    seen = explored_part(grid, params)
+    obstacles = separate_clutter(without_specks(seen, params), params)
     mask = without_slots(obstacles.floor, seen.frame.resolution, params)
     floor = outline(mask, seen.frame, params, smallest_m2=params.pocket_area_m2)
     lines = propose_dividers(floor, mask, seen.frame, params)
