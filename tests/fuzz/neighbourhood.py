@@ -5,12 +5,21 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from stillroom.service.accounts import new_login_link
+from stillroom.store import people
+from stillroom.store.clock import now
 from tests.conflicts import expect
 from tests.conftest import Caller, RobotCaller, Service
 from tests.homes import home
 
 Json = dict[str, Any]
 STILL: Json = {"tracking": {"transform": [0.0, 0.0, 0.0]}, "firmware": "3.2.1", "model": "S9"}
+PEOPLE = {
+    "owner": "ann@example.org",
+    "member": "mel@example.org",
+    "viewer": "vera@example.org",
+    "engineer": "erik@example.org",
+    "neighbour": "bob@example.org",
+}
 PRIVATE = "Zz9Private"
 """In everything that Bob has written; nobody but Bob and his robot may ever be told."""
 
@@ -42,14 +51,19 @@ def settle(service: Service) -> Neighbourhood:
         "operator": service.operator,
         "neighbour's robot": bob.robot,
     }
+    with service.database.write() as tx:
+        moment = now(tx)
+        for name, role in (("member", "member"), ("viewer", "viewer")):
+            people.join(tx, PEOPLE["owner"], PEOPLE[name], role, moment)
+        people.find_or_add(tx, PEOPLE["engineer"], moment)
+        people.change(tx, PEOPLE["engineer"], {"duty": "engineer"})
     bobs = frozenset({"neighbour", "neighbour's robot"})
     return sign_in_again(service, Neighbourhood((free, ann, bob), others, bobs))
 
 
 def sign_in_again(service: Service, before: Neighbourhood) -> Neighbourhood:
     """People who were signed out have new sessions."""
-    people = {"owner": "ann@example.org", "neighbour": "bob@example.org"}
-    sessions = {name: signed_in(service, owner) for name, owner in people.items()}
+    sessions = {name: signed_in(service, email) for name, email in PEOPLE.items()}
     return replace(before, callers={**before.callers, **sessions})
 
 
