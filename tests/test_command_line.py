@@ -339,7 +339,9 @@ def test_robots_add_prints_a_token_that_opens_the_door(
     assert main(["robots", "add", "RB-7", "--name", "Hall robot", "--owner", "ann@example.org"]) == 0
     token = capsys.readouterr().out.strip()
     listed = service.http.get("/api/v1/robots", headers={"Authorization": f"Bearer {token}"}).json()["items"]
-    assert listed == [{"id": "RB-7", "name": "Hall robot", "owner": "ann@example.org", "maps": []}]
+    assert listed == [
+        {"id": "RB-7", "name": "Hall robot", "owner": "ann@example.org", "maps": [], "may": ["read", "upload"]}
+    ]
     assert main(["robots", "add", "RB-7"]) == 1
     assert "already" in capsys.readouterr().err
     assert main(["robots", "add", "a b"]) == 1
