@@ -13,13 +13,14 @@ from stillroom.service.fleet.counting import catch_up
 from stillroom.service.messages.topics import topics
 from stillroom.service.messages.words import ENGLISH, GERMAN
 from stillroom.store import alerts as rules
-from stillroom.store import clock, receivers
+from stillroom.store import clock, people, receivers
 from stillroom.store.receivers import NewReceiver
 from stillroom.store.rows import DeliveryRow, as_row, columns
 from stillroom.store.tables import delivery
 from tests.conftest import RobotCaller, Service
 from tests.fleets import START, Done, Fleet
 
+ERIK, ANN = "erik@example.org", "ann@example.org"
 ALERTS = "/api/v1/fleet/alerts"
 RULE: dict[str, Any] = {"name": "doors", "measure": "needs_review", "above": 0.1, "below": 0.05, "firmware": ["5.2"]}
 
@@ -43,7 +44,10 @@ def test_an_alert_is_told_when_it_is_raised_and_when_it_is_over_and_not_in_betwe
     hook = {"url": "https://hooks.example.org/x", "scope": "fleet"}
     assert service.operator.request("POST", "/api/v1/webhooks", json=hook).status_code == 201
     with service.database.write() as tx:
-        receivers.add(tx, NewReceiver("email", "operator", "ops@example.org", now), now)
+        people.find_or_add(tx, ERIK, now)
+        people.change(tx, ERIK, {"duty": "engineer"})
+        for person, address in (("operator", "ops@example.org"), (f"user:{ERIK}", ERIK), (f"user:{ANN}", ANN)):
+            receivers.add(tx, NewReceiver("email", person, address, now), now)
     assert service.operator.request("POST", ALERTS, json=RULE).status_code == 201
     homes = Fleet(service.database)
 
@@ -60,14 +64,14 @@ def test_an_alert_is_told_when_it_is_raised_and_when_it_is_over_and_not_in_betwe
 
     assert told(0, 50, 40) == []  # too few to say anything
     assert told(1, 100, 15) == []  # 15 %, and perhaps less than 10
-    assert told(2, 100, 30) == ["alert.raised"] * 2
+    assert told(2, 100, 30) == ["alert.raised"] * 3  # a program, an operator, an engineer
     assert told(2, 20, 6) == []  # looked at a moment ago
     (raised,) = service.operator.get(ALERTS).json()["items"]
     assert (raised["figures"]["share"], raised["figures"]["missions"]) == (0.3, 100)
     assert raised["raised_at"] is not None
     assert told(3, 100, 8) == []  # between the two
     assert told(4, 20, 0) == []
-    assert told(5, 100, 3) == ["alert.ended"] * 2
+    assert told(5, 100, 3) == ["alert.ended"] * 3
     assert told(6, 100, 8) == []
     email, hooked = (next(row for row in sent(service) if ("page" in row.content) is mail) for mail in (True, False))
     assert hooked.content["type"] == "alert.raised"
