@@ -64,6 +64,7 @@ class Chaos:
         while not self._over.wait(self._random.uniform(0.5, 1.5) * EVERY_S) and time.monotonic() < self._until:
             port = self._random.choice(self._stack.ports)
             with self._lock:
+                self._stack.supervise()
                 self._tell(f"kill -9 of the process on port {port}")
                 self._stack.kill(port)
                 time.sleep(self._random.uniform(0.0, 2.0))

@@ -79,6 +79,12 @@ class Stack:
                 command, env=os.environ | self.environment, stdout=log, stderr=log, start_new_session=True
             )
 
+    def supervise(self) -> None:
+        """Starts those again that ended by themselves, as containers and systemd do: none starts without a database."""
+        for port, process in list(self.servers.items()):
+            if process.poll() is not None:
+                self.serve(port)
+
     def kill(self, port: int) -> None:
         """One serving process, and what it started ends by itself."""
         self.servers[port].kill()
@@ -88,6 +94,7 @@ class Stack:
         until = time.monotonic() + START_S
         for port in self.ports:
             while not self.is_ready(port):
+                self.supervise()
                 if time.monotonic() > until:
                     raise RuntimeError(f"the service on port {port} is not ready")
                 time.sleep(0.1)
