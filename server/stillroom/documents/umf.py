@@ -79,7 +79,7 @@ def read_umf(document: Any) -> ValetudoMap:
     places = {point.id: point.coordinates for point in said.points2d}
     regions = [_polygon(shape, places, "regions") for shape in said.regions]
     free = [_polygon(shape, places, "borders") for shape in said.borders if shape.free_type == "free"]
-    everything = shapely.make_valid(shapely.union_all([*regions, *free]))
+    everything = shapely.union_all([shapely.make_valid(shape) for shape in (*regions, *free)])
     if everything.is_empty:
         raise InvalidGrid("The UMF document has no regions and no borders.", (Fault("/maps/0/regions", "empty"),))
     frame = _frame(everything)
