@@ -30,13 +30,14 @@ STILL: Json = {"tracking": {"transform": [0.0, 0.0, 0.0]}, "firmware": TEXT, "mo
 SHOWN_NOWHERE = {
     "PUT /account/password /current",
     "PUT /account/password /new",
+    "POST /fleet/replays /robots/-",
     "POST /claims /claim_code",
     "POST /links/use /password",
     "POST /session /password",
     "POST /robots/{robot}/maps/{map}/edits /operations/-/id",
     "POST /robots/{robot}/maps/{map}/edits /operations/-/ids/-",
 }
-"""Secrets, and names of what has to be there already."""
+"""Secrets, and names of what is there already, or of nothing."""
 WATCH = """
     window.violations = [];
     addEventListener("securitypolicyviolation", (event) => violations.push(event.violatedDirective + " " + event.blockedURI));

@@ -11,7 +11,7 @@ from stillroom.service.accounts import address
 from stillroom.service.paging import page_of
 from stillroom.service.people.throttling import Limit, Tries, forgive, take
 from stillroom.service.people.tokens import ROBOT, hash_of, new_claim_code, new_secret
-from stillroom.store import clock, lanes, robots
+from stillroom.store import clock, erasing, lanes, robots
 from stillroom.store.database import Database
 from stillroom.store.rows import RobotRow
 
@@ -72,17 +72,16 @@ def release(database: Database, robot_id: str) -> ClaimCode:
     with database.write() as tx:
         row = _find(robots.lock(tx, robot_id), robot_id)
         _check_not_kept(row)
-        for map_id in robots.map_ids(
-            tx, robot_id
-        ):  # whoever works on one is done, or begins again with what it is from now on
+        maps, now = robots.map_ids(tx, robot_id), clock.now(tx)
+        for map_id in maps:  # whoever works on one is done, or begins again with what it is from now on
             lanes.lock(tx, map_id)
-        now = clock.now(tx)
-        kept = f"{robot_id[:48]}.kept-{token_hex(4)}"
-        robots.add(
-            tx, RobotRow(kept, row.name, row.owner, row.created_at, None, None, robot_id), _nobodys(), _nobodys()
-        )
-        if robots.hand_over(tx, robot_id, kept) == 0:
-            robots.remove(tx, kept)
+        if maps:
+            kept = f"{robot_id[:48]}.kept-{token_hex(4)}"
+            like = RobotRow(kept, row.name, row.owner, row.created_at, None, None, robot_id)
+            robots.add(tx, like, _nobodys(), _nobodys())
+            robots.hand_over(tx, robot_id, kept)
+        else:
+            erasing.erase_robot(tx, robot_id, now)  # who had it is not for who has it next
         robots.change(tx, robot_id, {"owner": None, "released_at": now, "claim_code_hash": _code_hash(code)})
     return ClaimCode(robot=robot_id, claim_code=code)
 

@@ -96,18 +96,16 @@ def change(tx: Transaction, robot_id: str, values: Mapping[str, Any]) -> None:
     tx.execute(sa.update(robot).where(robot.c.id == robot_id).values(dict(values)))
 
 
-def hand_over(tx: Transaction, robot_id: str, kept: str) -> int:
-    """All that is known of a robot is from now on known of another one, whatever table it is in. How many rows there were."""
+def hand_over(tx: Transaction, robot_id: str, kept: str) -> None:
+    """All that is known of a robot is from now on known of another one, whatever table it is in."""
     columns_of_robots = [
         column
         for table in metadata.sorted_tables
         for column in table.columns
         if any(key.column is robot.c.id for key in column.foreign_keys)
     ]
-    moved = 0
     for column in columns_of_robots:
-        moved += tx.execute(sa.update(column.table).where(column == robot_id).values({column.name: kept})).rowcount
-    return moved
+        tx.execute(sa.update(column.table).where(column == robot_id).values({column.name: kept}))
 
 
 def remove(tx: Transaction, robot_id: str) -> None:
