@@ -264,9 +264,18 @@ def database_url(engine: str, tmp_path: Path, request: pytest.FixtureRequest) ->
 
 
 def empty(url: str) -> None:
+    """As after the migrations; much sooner than TRUNCATE, which makes every table's files anew."""
     database = Database(url)
+    rows = [
+        sa.select(sa.literal(name)).where(sa.exists().select_from(table)) for name, table in metadata.tables.items()
+    ]
     with database.write() as tx:
-        tx.execute(sa.text(f"TRUNCATE {', '.join(map(str, metadata.tables))} RESTART IDENTITY CASCADE"))
+        used = set(tx.execute(sa.union_all(*rows)).scalars())
+        for table in reversed(metadata.sorted_tables):
+            if table.name in used:
+                tx.execute(sa.delete(table))
+        again = "setval(format('%I.%I', schemaname, sequencename)::regclass, start_value, false)"
+        tx.execute(sa.text(f"SELECT {again} FROM pg_sequences WHERE last_value IS NOT NULL"))
     database.dispose()
 
 
