@@ -1,5 +1,6 @@
 """`stillroom serve`: the API in this process, the workers in processes of their own."""
 
+import gc
 import os
 import signal
 import sys
@@ -77,6 +78,9 @@ def serve(settings: Settings, host: str, port: int, worker_count: int) -> None:
         server_header=False,
     )
     link = None if has_operator(database) else new_login_link(database)
+    # What was loaded stays: looking through it for garbage again and again would hold answers up for a tenth of a second.
+    gc.collect()
+    gc.freeze()
     server = _Server(config, signals, partial(announce, host, port, link, settings))
     signal.signal(signal.SIGTERM, _end)
     try:

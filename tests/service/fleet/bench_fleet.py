@@ -4,6 +4,7 @@ Each question goes through the whole application, without a network. Ends with 1
 """
 
 import argparse
+import gc
 import logging
 import sys
 import tempfile
@@ -85,6 +86,8 @@ def measure(engine: str, folder: Path, what: Seed, times: int) -> bool:
         app = create_app(settings)
         with TestClient(app, headers={"Authorization": f"Bearer {TOKEN}"}) as http:
             causes = http.get("/api/v1/fleet/causes").raise_for_status().json()["items"]
+            gc.collect()
+            gc.freeze()  # as `stillroom serve` does
             fast = [
                 _ask(http, name, path, MOST_MS[engine], times)
                 for name, path in questions(what.until, causes[0]["id"]).items()
