@@ -1,10 +1,13 @@
 """`stillroom demo`: the service on its own, with simulated homes whose robots upload to it from another process."""
 
+import logging
 import os
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+
+import structlog
 
 from stillroom.serving import serve
 from stillroom.settings import Settings
@@ -16,6 +19,8 @@ def demo(settings: Settings, host: str, port: int, worker_count: int, homes: int
     """Until SIGINT or SIGTERM; stops the simulation with it. The settings have an operator token."""
     here = "127.0.0.1" if host in ("0.0.0.0", "::", "") else host
     url = f"http://{f'[{here}]' if ':' in here else here}:{port}"
+    # a line for each request of the robots would soon carry the address off the screen
+    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.WARNING))
     with simulation(settings, url, homes, every_s):
         serve(settings, host, port, worker_count)
 
