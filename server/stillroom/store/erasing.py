@@ -101,7 +101,7 @@ def erase_person(tx: Transaction, email: str, signature: str, nobody: str) -> No
 
 def discard(tx: Transaction, keys: Iterable[str], now: datetime) -> None:
     """They are deleted soon, those that nothing refers to any more."""
-    for key in keys:
+    for key in sorted(set(keys)):  # in one order, so that two never wait for each other
         insert_unless_there(tx, discarded_grid, {"key": key, "at": now})
 
 
