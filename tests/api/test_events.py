@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from stillroom.api import events
+from stillroom.errors import Unauthenticated
 from stillroom.pipeline.conflicts import ConflictKind
 from stillroom.service.access import OPERATOR, Person, Principal, Robot
 from tests.conflicts import Core, expect, listed, rejected, send, told
@@ -20,7 +21,7 @@ async def first(
     service: Service, who: Principal, count: int, last: int = 0, robot: str | None = None, map_name: str | None = None
 ) -> list[dict[str, Any]]:
     """The first `count` events of a stream."""
-    stream = events._stream(service.http.app.state.parts, who, robot, map_name, last)  # type: ignore[attr-defined]
+    stream = events._stream(service.http.app.state.parts, who, lambda: who, robot, map_name, last)  # type: ignore[attr-defined]
     found: list[dict[str, Any]] = []
     async with asyncio.timeout(30):
         async for message in stream:
@@ -83,6 +84,29 @@ def test_a_stream_can_be_narrowed_to_a_robot_and_to_a_map(service: Service, mapp
     assert {event["robot"] for event in of_other} == {"RB-2"}
     upstairs = asyncio.run(first(service, OPERATOR, 4, map_name="upstairs"))
     assert [(event["robot"], event["map"]) for event in upstairs[::2]] == [("RB-2", "upstairs"), ("RB-1", "upstairs")]
+
+
+@pytest.mark.parametrize("ended", ["signed out", "switched off", "no operator any more"])
+def test_a_stream_tells_nothing_more_when_its_credential_has_ended(service: Service, ended: str) -> None:
+    robot = service.add_robot()
+    known = [OPERATOR]
+
+    def who_now() -> Principal:
+        if not known:
+            raise Unauthenticated(ended)
+        return known[0]
+
+    async def follow() -> list[str]:
+        parts = service.http.app.state.parts  # type: ignore[attr-defined]
+        stream = events._stream(parts, OPERATOR, who_now, None, None, 0)
+        began = [await anext(stream)]
+        await asyncio.to_thread(robot.upload, "0")
+        known[:] = [Person("olga@example.org")] if ended == "no operator any more" else []
+        asyncio.get_running_loop().call_later(1, service.http.app.state.parts.signals.close)  # type: ignore[attr-defined]
+        async with asyncio.timeout(30):
+            return began + [message async for message in stream if "data" in message]
+
+    assert len(asyncio.run(follow())) == 1
 
 
 def test_the_stream_needs_a_caller(service: Service) -> None:

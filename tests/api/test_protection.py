@@ -32,8 +32,14 @@ def test_every_answer_tells_browsers_to_trust_nothing_else(service: Service, pat
 
 def test_what_is_somebodys_stays_in_no_cache(service: Service, mapped: RobotCaller) -> None:
     assert mapped.get("/api/v1/robots").headers["Cache-Control"] == "no-store"
-    assert mapped.get(mapped.path()).headers["Cache-Control"] == "private, no-cache"
-    assert "public" not in mapped.get(f"{mapped.path()}/versions/1").headers["Cache-Control"]
+    version = f"{mapped.path()}/versions/1"
+    for path in (mapped.path(), version, f"{version}/export?format=geojson"):
+        assert mapped.get(path).headers["Cache-Control"] == "no-store", path
+    for path in (f"{version}/grid.png", f"{version}/cells.png", f"{mapped.path()}/missions/0/grid.png"):
+        said = mapped.get(path).headers
+        assert said["Cache-Control"] == "private, no-cache", path
+        again = mapped.get(path, {"If-None-Match": said["ETag"]})
+        assert (again.status_code, again.content) == (304, b""), path
     assert service.stranger.get("/api/v1/robots").headers["Cache-Control"] == "no-store"
 
 

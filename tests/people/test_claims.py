@@ -3,6 +3,7 @@
 from typing import Any
 
 from tests.conftest import Service
+from tests.homes import changed
 from tests.people.browsers import ANN, BOB, Browser, by_link
 
 Json = dict[str, Any]
@@ -68,6 +69,39 @@ def test_a_robot_that_is_sold_on_takes_nothing_of_the_old_home_along(service: Se
     assert ids(ann) == [kept]
     registered = service.operator.get("/api/v1/registry").json()["items"]
     assert [(one["id"], one["owner"]) for one in registered] == [("RB-1", BOB)]
+
+
+def test_nothing_of_the_old_home_comes_out_of_a_browsers_cache(service: Service) -> None:
+    """Two owners of a robot may share a browser, and addresses of maps stay what they are."""
+    robot = service.add_robot("RB-1", ANN)
+    assert robot.upload("0").status_code == 201
+    ann = by_link(service, ANN)
+    paths = [robot.path() + end for end in ("", "/versions/1", "/missions/0", "/segments")]
+    pictures = [robot.path() + end for end in ("/versions/1/grid.png", "/versions/1/cells.png", "/missions/0/grid.png")]
+    for path in paths:
+        assert ann.get(path).headers["Cache-Control"] == "no-store", path
+    tags = {path: ann.get(path).headers["ETag"] for path in pictures}
+    code = ann.post("/api/v1/robots/RB-1/release").json()["claim_code"]
+    bob = by_link(service, BOB)
+    assert bob.post(OPEN, claim_code=code).status_code == 201
+    assert robot.upload("0", changed("other floor")).status_code == 201
+    for path, tag in tags.items():
+        assert bob.request("GET", path, {"If-None-Match": tag}).status_code == 200, path
+        assert ann.request("GET", path, {"If-None-Match": tag}).status_code == 403, path
+
+
+def test_a_token_that_an_owner_was_shown_ends_with_that_owner(service: Service) -> None:
+    robot, other = service.add_robot("RB-1", ANN), service.add_robot("RB-2", ANN)
+    ann, bob = by_link(service, ANN), by_link(service, BOB)
+    written_down = {"Authorization": f"Bearer {ann.post('/api/v1/robots/RB-1/token').json()['token']}"}
+    for one in (robot, other):
+        code = ann.post(f"/api/v1/robots/{one.id}/release").json()["claim_code"]
+        assert bob.post(OPEN, claim_code=code).status_code == 201
+    assert other.upload("0").status_code == 201, "nobody but the robot has ever had its token"
+    assert service.http.get("/api/v1/robots", headers=written_down).status_code == 401
+    assert bob.get("/api/v1/robots/RB-1").json()["token_made_at"] is None
+    new = bob.post("/api/v1/robots/RB-1/token").json()["token"]
+    assert service.http.get("/api/v1/robots", headers={"Authorization": f"Bearer {new}"}).status_code == 200
 
 
 def test_what_was_being_processed_when_a_robot_was_given_up_stays_with_the_old_home(service: Service) -> None:

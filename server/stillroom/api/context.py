@@ -3,6 +3,7 @@
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path as FilePath
 from typing import Annotated, Any
 
@@ -188,12 +189,21 @@ def bare_array(items: list[Any]) -> Response:
     return Response(TypeAdapter(list[Any]).dump_json(items), media_type="application/json")
 
 
-def png(content: bytes, name: str) -> Response:
-    """Stored grids never change."""
-    headers = {"Cache-Control": "private, max-age=31536000, immutable", "ETag": f'"{name}"'}
+def is_known(request: Request, tag: str) -> bool:
+    """Whether the caller says that it has what is tagged so."""
+    known = [one.strip().removeprefix("W/") for one in request.headers.get("If-None-Match", "").split(",")]
+    return tag in known or "*" in known
+
+
+def png(request: Request, content: bytes) -> Response:
+    """Browsers keep it, and ask each time whether they may show it: the robot may have changed hands, and the address then names another home's."""
+    headers = {"Cache-Control": "private, no-cache", "ETag": f'"{sha256(content).hexdigest()[:32]}"'}
+    if is_known(request, headers["ETag"]):
+        return Response(status_code=304, headers=headers)
     return Response(content, media_type="image/png", headers=headers)
 
 
 PNG_RESPONSE: dict[int | str, dict[str, Any]] = {
-    200: {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
+    200: {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}},
+    304: {"description": "The caller has this picture already"},
 }

@@ -38,8 +38,5 @@ def export_version(
 ) -> Response:
     """A version as a file: GeoJSON, Nav2's YAML and PGM or keep-out mask in a zip, OccupancyGrid JSON, Valetudo JSON, a picture."""
     made, name = exports.export_version(service.database, service.grids, robot, map_name, number, kind)
-    headers = {
-        "Content-Disposition": f'attachment; filename="{name}"',
-        "Cache-Control": "private, max-age=31536000, immutable",
-    }
+    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
     return Response(made.content, media_type=made.media_type, headers=headers)

@@ -16,6 +16,7 @@ from stillroom.api.context import (
     bare_array,
     document,
     etag,
+    is_known,
     page,
     png,
 )
@@ -31,10 +32,10 @@ _READ = [Depends(allowed("read"))]
 def show_map(request: Request, service: Service, robot: RobotId, map_name: MapName) -> Response:
     """The version in force."""
     _, number = maps.version_in_force(service.database, robot, map_name)
-    if _is_known(request, number):
+    if is_known(request, etag(number)["ETag"]):
         return Response(status_code=304, headers=etag(number))
     found = maps.map_document(service.database, robot, map_name)
-    return document(found, headers=etag(found.version) | {"Cache-Control": "private, no-cache"})
+    return document(found, headers=etag(found.version))
 
 
 @router.get("/versions", response_model=api.Page[api.VersionListItem], dependencies=_READ)
@@ -56,21 +57,23 @@ def show_version(
 ) -> Response:
     """Any version; they never change."""
     found = maps.map_document(service.database, robot, map_name, number)
-    if _is_known(request, number):
+    if is_known(request, etag(number)["ETag"]):
         return Response(status_code=304, headers=etag(number))
-    return document(found, headers=etag(number) | {"Cache-Control": "private, max-age=31536000, immutable"})
+    return document(found, headers=etag(number))
 
 
 @router.get("/versions/{version}/grid.png", response_class=Response, responses=PNG_RESPONSE, dependencies=_READ)
-def show_grid(service: Service, robot: RobotId, map_name: MapName, number: VersionNumber) -> Response:
+def show_grid(request: Request, service: Service, robot: RobotId, map_name: MapName, number: VersionNumber) -> Response:
     """The occupancy pixels as the robot sent them, whatever the meta layer says."""
-    return png(maps.version_grid(service.database, service.grids, robot, map_name, number), f"v{number}")
+    return png(request, maps.version_grid(service.database, service.grids, robot, map_name, number))
 
 
 @router.get("/versions/{version}/cells.png", response_class=Response, responses=PNG_RESPONSE, dependencies=_READ)
-def show_cells(service: Service, robot: RobotId, map_name: MapName, number: VersionNumber) -> Response:
+def show_cells(
+    request: Request, service: Service, robot: RobotId, map_name: MapName, number: VersionNumber
+) -> Response:
     """What the occupancy pixels mean: 254 free, 0 occupied, 205 unexplored."""
-    return png(maps.version_cells(service.database, service.grids, robot, map_name, number), f"v{number}-cells")
+    return png(request, maps.version_cells(service.database, service.grids, robot, map_name, number))
 
 
 @router.get("/rooms/{room}", response_model=RoomFeature | api.RetiredRoom, dependencies=_READ)
@@ -83,8 +86,3 @@ def show_room(service: Service, robot: RobotId, map_name: MapName, room: Feature
 def list_segments(service: Service, robot: RobotId, map_name: MapName) -> Response:
     """Rooms as Home Assistant's vacuum integration wants them."""
     return bare_array(maps.map_segments(service.database, robot, map_name))
-
-
-def _is_known(request: Request, number: int) -> bool:
-    known = [tag.strip().removeprefix("W/") for tag in request.headers.get("If-None-Match", "").split(",")]
-    return f'"v{number}"' in known or "*" in known

@@ -138,9 +138,9 @@ def show_mission(service: Service, robot: RobotId, map_name: MapName, key: AnyMi
     responses=PNG_RESPONSE,
     dependencies=[Depends(allowed("read"))],
 )
-def show_grid(service: Service, robot: RobotId, map_name: MapName, key: AnyMissionId) -> Response:
+def show_grid(request: Request, service: Service, robot: RobotId, map_name: MapName, key: AnyMissionId) -> Response:
     """The occupancy pixels as the robot sent them, taken or not."""
-    return png(missions.mission_grid(service.database, service.grids, robot, map_name, key), f"mission-{key}")
+    return png(request, missions.mission_grid(service.database, service.grids, robot, map_name, key))
 
 
 @router.get(
@@ -149,9 +149,9 @@ def show_grid(service: Service, robot: RobotId, map_name: MapName, key: AnyMissi
     responses=PNG_RESPONSE,
     dependencies=[Depends(allowed("read"))],
 )
-def show_cells(service: Service, robot: RobotId, map_name: MapName, key: AnyMissionId) -> Response:
+def show_cells(request: Request, service: Service, robot: RobotId, map_name: MapName, key: AnyMissionId) -> Response:
     """What the occupancy pixels mean: 254 free, 0 occupied, 205 unexplored."""
-    return png(missions.mission_cells(service.database, service.grids, robot, map_name, key), f"mission-{key}-cells")
+    return png(request, missions.mission_cells(service.database, service.grids, robot, map_name, key))
 
 
 def wait_preference(prefer: list[str]) -> float | None:

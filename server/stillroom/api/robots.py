@@ -64,7 +64,7 @@ def change(service: Service, robot: RobotId, wanted: RobotChange) -> Response:
 @router.post("/robots/{robot}/release", response_model=ClaimCode, dependencies=[Depends(allowed("release"))])
 def release(service: Service, robot: RobotId) -> Response:
     """Gives it up. Its maps stay with who gives it up, as a robot of another id that uploads nothing; whoever claims it next
-    begins without any. Until then it uploads nothing."""
+    begins without any. Until then it uploads nothing; a token that its owner was shown ends."""
     return document(robots.release(service.database, robot), headers=_NO_STORE)
 
 

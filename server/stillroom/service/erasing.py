@@ -9,6 +9,7 @@ from stillroom.errors import Fault, InvalidInput, NotFound
 from stillroom.service.access import Person, signature
 from stillroom.service.fleet import counting
 from stillroom.service.people.tokens import hash_of
+from stillroom.service.robots import unknown_token
 from stillroom.store import clock, erasing, fleet, lanes, robots
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
@@ -51,7 +52,7 @@ def erase_home(database: Database, grids: GridStore, caller: Person, confirm: st
             if row.kept_from is not None:
                 robots.remove(tx, row.id)
             else:
-                robots.change(tx, row.id, _nobodys(tx, row.id))
+                robots.change(tx, row.id, _nobodys(tx, row.id) | unknown_token(row))
         erasing.erase_person(tx, caller.email, signature(caller), NOBODY)
     sweep_grids(database, grids)
     return Erased(robots=[row.id for row in found], maps=maps, missions=missions)

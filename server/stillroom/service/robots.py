@@ -15,6 +15,7 @@ from stillroom.store import clock, erasing, lanes, robots
 from stillroom.store.database import Database
 from stillroom.store.rows import RobotRow
 
+_REVOKED: dict[str, object] = {"token_made_at": None, "token_shown": False}
 CLAIMS = Limit("claims", 10, timedelta(minutes=1), timedelta(hours=1), timedelta(hours=6))
 
 
@@ -65,8 +66,8 @@ def claim(database: Database, caller: Person, code: str, source: str) -> RobotDo
 def release(database: Database, robot_id: str) -> ClaimCode:
     """Gives a robot up. Its maps stay with who gives it up, under another name; the robot itself has none any more.
 
-    Until it is claimed with the new code it uploads nothing: what it still sees is the old home. Raises AlreadyExists for what
-    was kept of another.
+    Until it is claimed with the new code it uploads nothing: what it still sees is the old home. A token that its owner was
+    shown ends. Raises AlreadyExists for what was kept of another.
     """
     code = new_claim_code()
     with database.write() as tx:
@@ -77,12 +78,13 @@ def release(database: Database, robot_id: str) -> ClaimCode:
             lanes.lock(tx, map_id)
         if maps:
             kept = f"{robot_id[:48]}.kept-{token_hex(4)}"
-            like = RobotRow(kept, row.name, row.owner, row.created_at, None, None, robot_id)
+            like = RobotRow(kept, row.name, row.owner, row.created_at, kept_from=robot_id)
             robots.add(tx, like, _nobodys(), _nobodys())
             robots.hand_over(tx, robot_id, kept)
         else:
             erasing.erase_robot(tx, robot_id, now)  # who had it is not for who has it next
-        robots.change(tx, robot_id, {"owner": None, "released_at": now, "claim_code_hash": _code_hash(code)})
+        free = {"owner": None, "released_at": now, "claim_code_hash": _code_hash(code)}
+        robots.change(tx, robot_id, free | unknown_token(row))
     return ClaimCode(robot=robot_id, claim_code=code)
 
 
@@ -103,13 +105,19 @@ def new_token(database: Database, robot_id: str) -> RobotToken:
     with database.write() as tx:
         row = _find(robots.lock(tx, robot_id), robot_id)
         _check_not_kept(row)
-        robots.change(tx, robot_id, {"token_hash": hash_of(token), "token_made_at": clock.now(tx)})
+        made = {"token_hash": hash_of(token), "token_made_at": clock.now(tx), "token_shown": row.owner is not None}
+        robots.change(tx, robot_id, made)
     return RobotToken(robot=robot_id, token=token)
 
 
 def revoke_token(database: Database, robot_id: str) -> None:
     with database.write() as tx:
-        robots.change(tx, robot_id, {"token_hash": _nobodys(), "token_made_at": None})
+        robots.change(tx, robot_id, _REVOKED | {"token_hash": _nobodys()})
+
+
+def unknown_token(row: RobotRow) -> dict[str, object]:
+    """What changes in a robot that gets another owner: whoever had it must know no token that reads its maps."""
+    return _REVOKED | {"token_hash": _nobodys()} if row.token_shown else {}
 
 
 def _check_not_kept(row: RobotRow) -> None:

@@ -17,6 +17,8 @@ class RobotRow:
     created_at: datetime
     token_made_at: datetime | None = None
     """None: it was revoked."""
+    token_shown: bool = False
+    """To an owner, so that it is no secret to that home."""
     released_at: datetime | None = None
     """Its owner gave it up, and nobody has claimed it since."""
     kept_from: str | None = None

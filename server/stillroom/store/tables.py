@@ -44,6 +44,9 @@ robot = sa.Table(
     sa.Column("claim_code_hash", sa.String(64), nullable=False, index=True),
     sa.Column("created_at", UtcDateTime, nullable=False),
     sa.Column("token_made_at", UtcDateTime),  # null: it was revoked, and `token_hash` is nobody's
+    sa.Column(
+        "token_shown", sa.Boolean, nullable=False, server_default=sa.false()
+    ),  # to an owner: not for the next one
     sa.Column("released_at", UtcDateTime),  # its owner gave it up, and nobody has claimed it since
     sa.Column("kept_from", sa.String(64)),  # the robot whose maps these were until its owner gave it up
 )

@@ -290,7 +290,7 @@ export interface paths {
         };
         /**
          * Follow
-         * @description What happens to the maps that the caller may see, from now on or after Last-Event-ID.
+         * @description What happens to the maps that the caller may see, from now on or after Last-Event-ID; ends with the credential.
          */
         get: operations["follow_api_v1_events_get"];
         put?: never;
@@ -1855,7 +1855,7 @@ export interface paths {
         /**
          * Release
          * @description Gives it up. Its maps stay with who gives it up, as a robot of another id that uploads nothing; whoever claims it next
-         *     begins without any. Until then it uploads nothing.
+         *     begins without any. Until then it uploads nothing; a token that its owner was shown ends.
          */
         post: operations["release_api_v1_robots__robot__release_post"];
         delete?: never;
@@ -8851,6 +8851,13 @@ export interface operations {
                     "image/png": string;
                 };
             };
+            /** @description The caller has this picture already */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             /** @description No valid credential */
             401: {
                 headers: {
@@ -13709,6 +13716,13 @@ export interface operations {
                     "image/png": string;
                 };
             };
+            /** @description The caller has this picture already */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             /** @description No valid credential */
             401: {
                 headers: {
@@ -13786,6 +13800,13 @@ export interface operations {
                 content: {
                     "image/png": string;
                 };
+            };
+            /** @description The caller has this picture already */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description No valid credential */
             401: {
@@ -14600,6 +14621,13 @@ export interface operations {
                     "image/png": string;
                 };
             };
+            /** @description The caller has this picture already */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             /** @description No valid credential */
             401: {
                 headers: {
@@ -14839,6 +14867,13 @@ export interface operations {
                 content: {
                     "image/png": string;
                 };
+            };
+            /** @description The caller has this picture already */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description No valid credential */
             401: {
