@@ -20,7 +20,7 @@ from stillroom.documents.files import open_map
 from stillroom.maps.geometry import as_points
 from stillroom.maps.grid import GridFrame, OccupancyGrid, look_up
 from stillroom.pipeline import cuts, segmentation
-from stillroom.pipeline.creation import explored_part, without_slots
+from stillroom.pipeline.creation import explored_part, without_slots, without_specks
 from stillroom.pipeline.cuts import Cuts, Outline, cells_at, outline_of, possible_cuts
 from stillroom.pipeline.params import PARAMS
 from stillroom.pipeline.pieces import Pieces, clearance_of, part_floor
@@ -95,7 +95,7 @@ def simulated() -> Iterator[Sample]:
 
 
 def _sample(building: str, variant: str, grid: OccupancyGrid, drawn: Labels) -> Sample:
-    seen = explored_part(grid, PARAMS)
+    seen = without_specks(explored_part(grid, PARAMS), PARAMS)
     mask = without_slots(separate_clutter(seen, PARAMS).floor, seen.frame.resolution, PARAMS)
     floor = outline(mask, seen.frame, PARAMS, smallest_m2=PARAMS.pocket_area_m2)
     around = outline_of(shapely.orient_polygons(floor), seen.frame, PARAMS)

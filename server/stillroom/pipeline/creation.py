@@ -35,7 +35,7 @@ MOSTLY_WALLED = 0.75
 def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = PARAMS) -> SemanticMap:
     """Rooms, dividers, walls and clutter of `grid`; new ids are taken from `ids`."""
     seen = explored_part(grid, params)
-    obstacles = separate_clutter(seen, params)
+    obstacles = separate_clutter(without_specks(seen, params), params)
     mask = without_slots(obstacles.floor, seen.frame.resolution, params)
     floor = outline(mask, seen.frame, params, smallest_m2=params.pocket_area_m2)
     lines = propose_dividers(floor, mask, seen.frame, params)
@@ -69,6 +69,25 @@ def without_slots(floor: Mask, cell: float, params: Params) -> Mask:
         shrunk = cv2.erode(grown, line, anchor=((columns - 1) // 2, (rows - 1) // 2))
         sealed |= np.asarray(shrunk, np.uint8)
     return np.asarray(sealed == 0)
+
+
+def without_specks(grid: OccupancyGrid, params: Params) -> OccupancyGrid:
+    """`grid` with free cells for what is no larger than a slot, or a single cell, and stands free or sticks out of the face of a wall.
+
+    Walls as thin as that stay, and so do their ends.
+    """
+    size = max(int(params.slot_width_m / grid.frame.resolution + 1e-6), 1)
+    alone = -np.ones((size + 2, size + 2), np.int8)
+    alone[1:-1, 1:-1] = 0
+    on_wall = alone.copy()
+    on_wall[-1] = 1
+    obstacles, block = np.where(grid.occupied, np.uint8(255), np.uint8(0)), np.ones((size, size), np.uint8)
+    at = np.zeros_like(obstacles)
+    for pattern in (alone, *(np.rot90(on_wall, turns) for turns in range(4))):
+        # the block's first cell: where the pattern's own is, one row and column on
+        at |= np.asarray(cv2.morphologyEx(obstacles, cv2.MORPH_HITMISS, np.ascontiguousarray(pattern), anchor=(1, 1)))
+    specks = np.asarray(cv2.dilate(at, block, anchor=(size - 1, size - 1))) > 0
+    return OccupancyGrid(grid.frame, np.where(specks & grid.occupied, np.uint8(Cell.FREE), grid.cells))
 
 
 def _entered(
