@@ -8,7 +8,7 @@ from httpx2 import Response
 
 from stillroom.maps.mission import Mission
 from stillroom.maps.semantics import SemanticMap
-from stillroom.pipeline.conflicts import Conflict, ConflictKind, Proposal, RoomScore
+from stillroom.pipeline.conflicts import Cause, Conflict, ConflictKind, Proposal, RoomScore
 from stillroom.pipeline.update import MapUpdate, update_map
 from stillroom.service.access import OPERATOR
 from stillroom.service.events import events_after
@@ -49,9 +49,8 @@ def conflict(
     resolved: bool = False,
 ) -> Conflict:
     scores = tuple(score(room) for room in rooms)
-    return Conflict(
-        key, kind, "wall_gap", scores, dividers, restrictions, "59 % of Room r1 is gone.", resolved, proposals
-    )
+    cause: Cause = "drift" if kind == "drift" else "wall_gap"
+    return Conflict(key, kind, cause, scores, dividers, restrictions, "59 % of Room r1 is gone.", resolved, proposals)
 
 
 def rejected(

@@ -13,7 +13,7 @@ from stillroom.maps.grid import Cell, GridFrame, OccupancyGrid
 from stillroom.maps.mission import Tracking
 from stillroom.maps.semantics import Ids, SemanticMap
 from stillroom.pipeline.creation import create_map
-from stillroom.pipeline.edits import RenameRoom, apply_edits
+from stillroom.pipeline.edits import AddDivider, RenameRoom, apply_edits
 from stillroom.pipeline.update import MapUpdate, update_map
 from tests.drawing import paint, rectangle
 from tests.golden.homes import FOUR_ROOMS
@@ -106,6 +106,27 @@ def test_how_far_it_slid_is_told_and_grows() -> None:
     slid = [int(found[0].summary.split(" cm")[0].split()[-1]) for found in said if found]
     assert slid == sorted(slid)
     assert slid[-1] == pytest.approx(160, abs=15)
+
+
+def test_a_room_that_shrinks_bit_by_bit_is_asked_about_before_half_of_it_is_gone() -> None:
+    """Its divider creeps through the hall; no wall says where it was."""
+    semantic_map = apply_edits(began().map, [AddDivider(((6.6, 0.0), (6.6, 2.4)))]).map
+    (divider,) = (d for d in semantic_map.dividers if d.made_by == "user")
+    (shrinks,) = (room for room in semantic_map.rooms if shapely.contains_xy(room.polygon, 1.0, 1.2))
+    gone = []
+    for number in range(1, 6):
+        still = track_all(semantic_map, Pose(), np.random.default_rng(number), 0.01)
+        crept = {id_: points - ((0.6, 0.0) if id_ == divider.id else 0.0) for id_, points in still.dividers.items()}
+        update = update_map(semantic_map, mission(str(number), semantic_map, Tracking(dividers=crept), home()))
+        assert update.taken, update.reason
+        semantic_map = update.map
+        gone.append(conflicts_of(update, "shape"))
+    assert gone[:4] == [[], [], [], []]
+    ((conflict,),) = gone[4:]
+    (score,) = conflict.rooms
+    assert (score.id, conflict.cause, conflict.resolved) == (shrinks.id, "drift", False)
+    assert score.recall == pytest.approx(3.6 / 6.6, abs=0.05)
+    assert conflict.summary.startswith(f"{1 - score.recall:.0%} of {score.name} is gone, bit by bit,")
 
 
 MOVES = [Pose(0.2, 0.1), Pose(0.0, 0.0, 0.05), Pose(-0.15, 0.1, -0.03)]

@@ -76,6 +76,15 @@ def test_a_room_that_lost_a_strip_on_one_side_has_not_slid() -> None:
     assert found(rectangle(0.45, 0, 4, 4), *SHAPES[1:]) == []
 
 
+@pytest.mark.parametrize(("width", "asked"), [(2.3, True), (2.5, False)])
+def test_a_room_of_which_less_than_three_fifths_are_left_has_shrunk_and_not_slid(width: float, asked: bool) -> None:
+    drifts = find_drift(rooms(rectangle(4 - width, 0, 4, 4), *SHAPES[1:]), PARAMS)
+    assert [(drift.room, drift.slid_m) for drift in drifts] == [("r1", 0.0)] * asked
+    for drift in drifts:
+        assert drift.recall == pytest.approx(width / 4, abs=0.03)
+        assert drift.precision == pytest.approx(1, abs=0.03)
+
+
 def test_rooms_without_an_anchor_are_not_judged() -> None:
     none = (None, None, None)
     assert find_drift(rooms(*SHAPES, anchors=none), PARAMS) == ()

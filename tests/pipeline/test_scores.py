@@ -55,25 +55,6 @@ def test_one_of_both_above_one_half_is_not_enough() -> None:
     assert not score(rectangle(0, 0, 1.9, 2), rectangle(0, 0, 4, 2)).passed
 
 
-def anchored(polygon: Polygon, anchor: Polygon | None, candidate: Polygon) -> RoomScore:
-    tracked = SemanticMap(FRAME, (Room("r1", "R1", 1, polygon, anchor=anchor),))
-    (found,) = score_rooms(tracked, room_map(r1=candidate), {"r1"}, PARAMS)
-    return found
-
-
-def test_a_room_does_not_vanish_bit_by_bit() -> None:
-    confirmed, now, next_time = (rectangle(0, 0, width, 2) for width in (4, 3, 2))
-    found = anchored(now, confirmed, next_time)
-    assert (found.recall, found.precision, found.passed) == (0.5, 1.0, False)
-    assert anchored(now, confirmed, rectangle(0, 0, 2.1, 2)).recall == pytest.approx(0.7)
-    assert anchored(now, None, next_time).passed
-
-
-def test_a_room_that_was_smaller_before_is_not_refused_for_it_again() -> None:
-    found = anchored(rectangle(0, 0, 2, 2), rectangle(0, 0, 4, 2), rectangle(0, 0, 1.8, 2))
-    assert (found.recall, found.passed) == (pytest.approx(0.9), True)
-
-
 def test_a_room_that_is_gone_scores_zero_and_fails() -> None:
     (found,) = score_rooms(room_map(r1=rectangle(0, 0, 4, 2)), room_map(), {"r1"}, PARAMS)
     assert (found.recall, found.precision, found.passed) == (0.0, 0.0, False)

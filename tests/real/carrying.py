@@ -77,13 +77,13 @@ def tell_carried(told: Callable[[str], None], pictures: Path | None = None) -> N
         first = min(place.maps)
         count = len(opened(first)[1].rooms)
         told(f"\n{place.name}: {count} rooms of {Path(first).stem}, missions without tracking")
-        told(f"{'mission':<42}{'outcome':<14}{'by':<16}{'again':>6}{'own':>5}  reason")
+        told(f"{'mission':<42}{'outcome':<14}{'by':<16}{'again':>6}{'asked':>6}{'own':>5}  reason")
         panels = [(Path(first).stem, draw(*opened(first)))]
         for carried in carry(place):
             update = carried.update
             told(
                 f"{Path(carried.file).stem:<42}{update.outcome:<14}{update.succeeded_at or '-':<16}"
-                f"{len(carried.again):>6}{len(carried.own):>5}  {update.reason}"
+                f"{len(carried.again):>6}{len(carried.asked):>6}{len(carried.own):>5}  {update.reason}"
             )
             panels.append(
                 (f"{Path(carried.file).stem}: {update.outcome}, {len(carried.again)} of {count}", _drawn(carried))

@@ -1,4 +1,4 @@
-"""Drift: how far rooms have moved against each other since a person last confirmed them, too slowly for any one mission to show.
+"""Drift: how far rooms have moved against each other, or shrunk, since a person last confirmed them, too slowly for any one mission to show.
 
 A frame that slides or turns as a whole is no drift: the anchor shapes move with it, as one rigid body.
 """
@@ -26,7 +26,7 @@ TIGHT_M = 0.02
 
 @dataclass(frozen=True)
 class Drift:
-    """A room against its anchor: precision C/(B+C), recall C/(A+C), and how far it slid (metres)."""
+    """A room against its anchor: precision C/(B+C), recall C/(A+C), and how far it slid (metres; 0.0: it only shrank)."""
 
     room: str
     precision: float
@@ -47,15 +47,15 @@ def carry_anchors(rooms: Sequence[Room], motion: Motion) -> list[Polygon | None]
 
 
 def find_drift(rooms: Sequence[Room], params: Params) -> tuple[Drift, ...]:
-    """The rooms that have drifted, after one rigid alignment of all anchors with all rooms."""
+    """The rooms that have slid or shrunk, after one rigid alignment of all anchors with all rooms."""
     anchored = [(room, room.anchor) for room in rooms if room.anchor is not None]
     if all(_recall(anchor, room) >= params.drift_recall for room, anchor in anchored):
         return ()  # as they were carried: nothing to align
     samples = [_boundary(anchor) for _, anchor in anchored]
     pose = _together(samples, [room.polygon for room, _ in anchored])
     aligned = [(room, moved(anchor, pose)) for room, anchor in anchored]
-    found = [_drift(room, anchor) for room, anchor in aligned if _recall(anchor, room) < params.drift_recall]
-    return tuple(drift for drift in found if drift.slid_m > params.drift_m)
+    found = [_drift(room, anchor, params) for room, anchor in aligned if _recall(anchor, room) < params.drift_recall]
+    return tuple(drift for drift in found if drift.slid_m > 0 or drift.recall < params.shape_overlap)
 
 
 def _recall(anchor: Polygon, room: Room) -> float:
@@ -87,12 +87,12 @@ def _together(samples: Sequence[Points], polygons: Sequence[Polygon]) -> Pose:
     return pose
 
 
-def _drift(room: Room, anchor: Polygon) -> Drift:
+def _drift(room: Room, anchor: Polygon, params: Params) -> Drift:
     """A room slid where it covers its anchor better once that is moved onto its middle; where a part is gone it does not."""
     x, y = (as_points(room.polygon.centroid.coords) - as_points(anchor.centroid.coords))[0].tolist()
-    recall = _recall(anchor, room)
-    slid = float(np.hypot(x, y)) if _recall(moved(anchor, Pose(x, y)), room) > recall + BETTER else 0.0
-    return Drift(room.id, recall * anchor.area / room.polygon.area, recall, slid)
+    recall, metres = _recall(anchor, room), float(np.hypot(x, y))
+    slid = metres > params.drift_m and _recall(moved(anchor, Pose(x, y)), room) > recall + BETTER
+    return Drift(room.id, recall * anchor.area / room.polygon.area, recall, metres if slid else 0.0)
 
 
 def _nearest(points: Points, polygon: Polygon) -> Points:

@@ -68,9 +68,9 @@ def detect_conflicts(
     if taken:
         found += _lost_dividers(best, named)
         found += _shapes(best, params, named)
+        found += _drifts(find_drift(candidate.rooms, params), found, candidate, named)
         found += _unplaced(previous, candidate, named)
         found += _contradicted(first, best, params, named)
-        found += [_drift(drift, candidate, named) for drift in find_drift(candidate.rooms, params)]
     return tuple(found)
 
 
@@ -274,12 +274,25 @@ def _question(
     return Conflict(id_, "connectivity", "new_passage", _scores(rooms, best), (), (), summary, False, proposals)
 
 
-def _drift(drift: Drift, candidate: SemanticMap, named: Naming) -> Conflict:
-    room = candidate.room(drift.room)
-    name = room.name if room is not None else drift.room
-    score = RoomScore(drift.room, name, drift.precision, drift.recall, passed=True)
-    summary = f"{name} has slid {100 * drift.slid_m:.0f} cm against the other rooms since somebody last confirmed it."
-    return Conflict(named.id_of("drift", [drift.room]), "drift", "drift", (score,), (), (), summary, False)
+def _drifts(
+    drifts: Sequence[Drift], found: Sequence[Conflict], candidate: SemanticMap, named: Naming
+) -> list[Conflict]:
+    """Rooms against what somebody last confirmed; what this mission did to a shape is asked once."""
+    asked = {score.id for conflict in found if conflict.kind == "shape" for score in conflict.rooms}
+    rooms = {room.id: room.name for room in candidate.rooms}
+    conflicts = []
+    for drift in drifts:
+        name = rooms[drift.room]
+        kind: ConflictKind = "drift" if drift.slid_m else "shape"
+        what = f"{1 - drift.recall:.0%} of {name} is gone, bit by bit,"
+        if drift.slid_m:
+            what = f"{name} has slid {100 * drift.slid_m:.0f} cm against the other rooms"
+        elif drift.room in asked:
+            continue
+        score = RoomScore(drift.room, name, drift.precision, drift.recall, passed=True)
+        summary = f"{what} since somebody last confirmed it."
+        conflicts.append(Conflict(named.id_of(kind, [drift.room]), kind, "drift", (score,), (), (), summary, False))
+    return conflicts
 
 
 def wrong_map(previous: SemanticMap, mission_id: str, reason: str) -> Conflict:

@@ -36,7 +36,6 @@ def score_rooms(
     """One score for each previous room; `tracked` holds them where tracking and alignment put them in the candidate's frame.
 
     Exactly `params.room_overlap` fails. A room that this mission did not visit has to keep its shape as well.
-    Where a mission takes a room to half of its anchor or less, recall is that of the anchor.
     """
     scores = []
     for room in tracked.rooms:
@@ -46,23 +45,10 @@ def score_rooms(
         if now is not None and precision <= params.room_overlap:
             precision = overlap / (now.polygon.area - explored_m2(room, now, tracked))
         recall = overlap / room.polygon.area
-        if now is not None and recall > params.room_overlap:
-            recall = _crept(room, now, recall, params)
         seen = room.id in visited
         passed = precision > params.room_overlap and recall > params.room_overlap
         scores.append(RoomScore(room.id, room.name, precision, recall, passed, seen))
     return tuple(scores)
-
-
-def _crept(room: Room, now: Room, recall: float, params: Params) -> float:
-    """`recall`, or the anchor's where this mission takes that to half or less: a room must not vanish bit by bit, each bit too small to ask."""
-    if room.anchor is None:
-        return recall
-    left = shapely.intersection(room.anchor, now.polygon).area / room.anchor.area
-    if left > params.room_overlap:
-        return recall
-    before = shapely.intersection(room.anchor, room.polygon).area / room.anchor.area
-    return left if before > params.room_overlap else recall
 
 
 def explored_m2(room: Room, now: Room, tracked: SemanticMap) -> float:

@@ -58,8 +58,8 @@ def sensed(database: Database, grids: GridStore, robot_id: str, map_name: str, k
 
 
 def _confirmed(conflict: ConflictRow, of: VersionRow | None, moved: Pose | None) -> list[ConfirmedDocument]:
-    """The anchors of the rooms that drifted, as a version has them; `moved` takes its frame to the mission's."""
-    if conflict.kind != "drift" or of is None or moved is None:
+    """The anchors of the rooms that slid or shrank, as a version has them; `moved` takes its frame to the mission's."""
+    if conflict.cause != "drift" or of is None or moved is None:
         return []
     drifted = {room["id"] for room in conflict.rooms}
     return [
