@@ -12,7 +12,7 @@ from stillroom.maps.motion import IDENTITY
 from stillroom.maps.semantics import Ids, SemanticMap
 from stillroom.pipeline.creation import create_map
 from stillroom.pipeline.discovery import discover, is_doorway, new_floor
-from stillroom.pipeline.obstacles import Gap, find_gaps
+from stillroom.pipeline.gaps import Gap, find_gaps
 from stillroom.pipeline.params import PARAMS
 from stillroom.pipeline.resolution import Attempt
 from stillroom.pipeline.scores import score_rooms

@@ -13,7 +13,7 @@ from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
 from stillroom.maps.mission import Mission
 from stillroom.maps.motion import IDENTITY
 from stillroom.pipeline.corrections import name_corrections
-from stillroom.pipeline.obstacles import Gap
+from stillroom.pipeline.gaps import Gap
 from stillroom.pipeline.params import PARAMS
 from stillroom.pipeline.resolution import (
     Attempt,

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import shapely
-from shapely import LineString, MultiLineString
 
-from stillroom.maps.geometry import Points, as_points
+from stillroom.maps.geometry import as_points, line_strings
 from stillroom.maps.grid import OccupancyGrid, look_up
 from stillroom.maps.meta import MetaDivider
 from stillroom.maps.semantics import Divider, SemanticMap, Wall
@@ -43,30 +42,25 @@ def violations(semantic_map: SemanticMap, grid: OccupancyGrid, wall_reach_m: flo
 
 
 def clutter_lies_on_occupancy(semantic_map: SemanticMap, grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:
-    distance = grid.occupied_distance
-    for clutter in semantic_map.clutter:
-        gap = float(_at(distance, shapely.get_coordinates(clutter.polygon), grid).max())
+    gaps = _farthest([clutter.polygon for clutter in semantic_map.clutter], grid)
+    for clutter, gap in zip(semantic_map.clutter, gaps, strict=True):
         if gap > 2 * grid.frame.resolution:
             yield Violation("clutter lies on occupancy pixels", clutter.id, f"a corner is {gap:.2f} m away from any")
 
 
 def walls_lie_near_occupancy(semantic_map: SemanticMap, grid: OccupancyGrid, reach_m: float) -> Iterator[Violation]:
-    distance = grid.occupied_distance
-    for wall in semantic_map.walls:
-        if wall.kind == "wall":
-            samples = shapely.get_coordinates(shapely.segmentize(LineString(wall.line), SAMPLE_M))
-            gap = float(_at(distance, samples, grid).max())
-            if gap > reach_m + 2 * grid.frame.resolution:
-                yield Violation(
-                    "a wall lies within the wall distance of occupied pixels", wall.id, f"{gap:.2f} m away from any"
-                )
+    walls = [wall for wall in semantic_map.walls if wall.kind == "wall"]
+    for wall, gap in zip(walls, _farthest(shapely.segmentize(_lines(walls), SAMPLE_M), grid), strict=True):
+        if gap > reach_m + 2 * grid.frame.resolution:
+            constraint = "a wall lies within the wall distance of occupied pixels"
+            yield Violation(constraint, wall.id, f"{gap:.2f} m away from any")
 
 
 def dividers_end_on_walls_or_dividers(
     semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float
 ) -> Iterator[Violation]:
     """Where a wall is missing, the meta-divider that stands in for it holds a divider as well."""
-    walls = _lines(semantic_map.walls) + _lines(semantic_map.meta.dividers)
+    walls = _lines((*semantic_map.walls, *semantic_map.meta.dividers))
     yield from _loose_ends("a divider ends on a wall or another divider", semantic_map.dividers, walls)
 
 
@@ -74,18 +68,18 @@ def meta_dividers_end_on_walls_or_meta_dividers(
     semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float
 ) -> Iterator[Violation]:
     """A plain divider holds a meta-divider as well as a wall does: the robot respects both."""
-    walls = _lines(semantic_map.walls) + _lines(semantic_map.dividers)
+    walls = _lines((*semantic_map.walls, *semantic_map.dividers))
     yield from _loose_ends("a meta-divider ends on a wall or meta-divider", semantic_map.meta.dividers, walls)
 
 
 def _loose_ends(
-    constraint: str, dividers: Sequence[Divider] | Sequence[MetaDivider], walls: list[LineString]
+    constraint: str, dividers: Sequence[Divider] | Sequence[MetaDivider], walls: npt.NDArray[np.object_]
 ) -> Iterator[Violation]:
     """Ends that lie neither on a wall nor on another of the dividers."""
     if not dividers:
         return
     ends = np.array([divider.line for divider in dividers])
-    gaps = shapely.distance(shapely.points(ends)[..., None], np.array(walls + _lines(dividers), dtype=object))
+    gaps = shapely.distance(shapely.points(ends)[..., None], np.concatenate([walls, _lines(dividers)]))
     own = np.arange(len(dividers))
     gaps[own, :, len(walls) + own] = np.inf
     for i, end in np.argwhere(gaps.min(2) > TOUCH_M).tolist():
@@ -96,15 +90,15 @@ def _loose_ends(
 
 def rooms_are_enclosed(semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:
     """Every edge of a room is a wall section, a divider or a meta-divider."""
-    dividers = _lines(semantic_map.dividers) + _lines(semantic_map.meta.dividers)
-    barriers = shapely.buffer(MultiLineString(_lines(semantic_map.walls) + dividers), TOUCH_M, quad_segs=1)
+    lines = _lines((*semantic_map.walls, *semantic_map.dividers, *semantic_map.meta.dividers))
+    barriers = shapely.buffer(shapely.multilinestrings(lines), TOUCH_M, quad_segs=1)
     shapely.prepare(barriers)
-    for room in semantic_map.rooms:
-        boundary = shapely.boundary(room.polygon)
-        open_ = 0.0 if shapely.covers(barriers, boundary) else shapely.length(shapely.difference(boundary, barriers))
+    boundaries = shapely.boundary([room.polygon for room in semantic_map.rooms])
+    for k in np.flatnonzero(~shapely.covers(barriers, boundaries)).tolist():
+        open_ = shapely.length(shapely.difference(boundaries[k], barriers))
         if open_ > TOUCH_M:
             constraint = "a room is enclosed by wall sections and dividers"
-            yield Violation(constraint, room.id, f"{open_:.2f} m of its boundary are neither")
+            yield Violation(constraint, semantic_map.rooms[k].id, f"{open_:.2f} m of its boundary are neither")
 
 
 def rooms_are_valid_and_disjoint(semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:
@@ -132,10 +126,14 @@ CONSTRAINTS: tuple[Constraint, ...] = (
 )
 
 
-def _lines(features: Sequence[Wall] | Sequence[Divider] | Sequence[MetaDivider]) -> list[LineString]:
-    return [LineString(feature.line) for feature in features]
+def _lines(features: Sequence[Wall | Divider | MetaDivider]) -> npt.NDArray[np.object_]:
+    return line_strings([feature.line for feature in features])
 
 
-def _at(values: npt.NDArray[np.float32], points: Points, grid: OccupancyGrid) -> npt.NDArray[np.float32]:
-    """`values` at points (n, 2) of the map frame, the nearest cell's beyond the grid."""
-    return look_up(values, grid.frame.to_cells_inside(points), np.inf)
+def _farthest(shapes: Sequence[shapely.Geometry] | npt.NDArray[np.object_], grid: OccupancyGrid) -> list[float]:
+    """How far from any occupied cell each shape has a corner, metres."""
+    corners, shape = shapely.get_coordinates(shapes, return_index=True)
+    gaps = look_up(grid.occupied_distance, grid.frame.to_cells_inside(corners), np.inf)
+    farthest = np.zeros(len(shapes), gaps.dtype)
+    np.maximum.at(farthest, shape, gaps)
+    return farthest.tolist()

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from math import atan2, cos, sin
 
 import numpy as np
@@ -36,6 +37,12 @@ def as_line(points: Points) -> Line:
     return (x0, y0), (x1, y1)
 
 
+def line_strings(lines: Sequence[Sequence[Point]]) -> npt.NDArray[np.object_]:
+    """Lines of two points or more as shapely has them, shape (n,), made in one go."""
+    points = as_points(list(chain.from_iterable(lines)))
+    return np.asarray(shapely.linestrings(points, indices=np.repeat(np.arange(len(lines)), [*map(len, lines)])))
+
+
 @dataclass(frozen=True)
 class Pose:
     """A rigid motion p -> R(yaw) p + (x, y); metres and radians, counter-clockwise."""
@@ -54,7 +61,10 @@ class Pose:
         # coordinate by coordinate, not as a matrix product: equal points must stay equal, or rings would not close
         c, s = cos(self.yaw), sin(self.yaw)
         x, y = points[:, 0], points[:, 1]
-        return np.stack([c * x - s * y + self.x, s * x + c * y + self.y], 1)
+        moved = np.empty((len(points), 2))
+        moved[:, 0] = c * x - s * y + self.x
+        moved[:, 1] = s * x + c * y + self.y
+        return moved
 
     def inverse(self) -> "Pose":
         c, s = cos(self.yaw), sin(self.yaw)

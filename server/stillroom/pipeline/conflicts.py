@@ -229,8 +229,11 @@ def _contradicted(first: Attempt, best: Attempt, params: Params, named: Naming) 
     They can be accepted as they are, or the map as it was sensed.
     """
     candidate, grid = best.transfer.candidate, best.transfer.grid
-    as_sensed = first.transfer.candidate if _holds(first, params) else None
     often = [d for d in candidate.meta.dividers if d.contradicted >= params.contradicted_missions]
+    sections = [o for o in candidate.meta.occupancy if o.contradicted >= params.contradicted_missions]
+    if not often and not sections:
+        return []
+    as_sensed = first.transfer.candidate if _holds(first, params) else None
     conflicts = []
     for rooms in sorted({d.rooms for d in often}):
         between = tuple(d for d in candidate.meta.dividers if d.rooms == rooms)
@@ -242,11 +245,10 @@ def _contradicted(first: Attempt, best: Attempt, params: Params, named: Naming) 
         valid = not violations(accepted, grid, params.wall_reach_m)
         proposals = _choices(("meta_dividers", accepted if valid else None), ("take_new", as_sensed))
         conflicts.append(_question([d.id for d in between], rooms, between[0].since, proposals, best, named))
-    for section in candidate.meta.occupancy:
-        if section.contradicted >= params.contradicted_missions:
-            beside = [r.id for r in candidate.rooms if r.polygon.distance(section.polygon) < 2 * grid.frame.resolution]
-            proposals = _choices(("meta_occupancy", candidate), ("take_new", as_sensed))
-            conflicts.append(_question([section.id], beside, section.since, proposals, best, named))
+    for section in sections:
+        beside = [r.id for r in candidate.rooms if r.polygon.distance(section.polygon) < 2 * grid.frame.resolution]
+        proposals = _choices(("meta_occupancy", candidate), ("take_new", as_sensed))
+        conflicts.append(_question([section.id], beside, section.since, proposals, best, named))
     return conflicts
 
 

@@ -16,7 +16,8 @@ from stillroom.maps.grid import Mask, look_up
 from stillroom.maps.meta import Declined, MetaOccupancy
 from stillroom.maps.semantics import Divider
 from stillroom.pipeline.declined import elsewhere
-from stillroom.pipeline.obstacles import Gap, filled, find_gaps
+from stillroom.pipeline.gaps import Gap, find_gaps
+from stillroom.pipeline.obstacles import filled
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.resolution import Attempt, meta_walls
 from stillroom.pipeline.rooms import partition, rooms_beside

@@ -1,8 +1,6 @@
 """Steps 2 to 4 of the transfer (paper, Algorithm 1): which obstacles of a new grid are wall and which are clutter, and where walls have gaps."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -15,6 +13,7 @@ from stillroom.maps.grid import Cell, GridFrame, Mask, OccupancyGrid, look_up
 from stillroom.maps.meta import MetaOccupancy
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.cells import cells_in, nearest_cells
+from stillroom.pipeline.gaps import Gap, WallSearch
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.walls import Obstacles, seal_diagonals, separate_clutter
 
@@ -56,14 +55,15 @@ def classify_obstacles(
     )
     wall &= ~furniture
     # but what stands against a wall does not open it
-    behind = [gap.path for gap in find_gaps(boundary, wall, frame, params)]
+    search = WallSearch.along(boundary, frame, params)
+    behind = [gap.path for gap in search.gaps(wall)]
     wall |= furniture & band(behind, params.wall_offset_m, frame)
     floor = grid.free.copy()
     if (floor & ~inside & ~near).sum() * cell**2 > params.floor_speck_m2:
         beyond = separate_clutter(grid, params).floor & ~inside & ~near
         floor |= beyond
         wall &= ~beyond
-    wall |= _bridged(boundary, wall, frame, params)
+    wall |= _bridged(search.gaps(wall), frame, params)
     wall &= ~(_spurs(wall, params.wall_spur_m / cell) & (near | inside))
     wall |= cells_in(meta_walls, frame)
     floor &= ~wall
@@ -93,7 +93,10 @@ def band(lines: Sequence[Points], reach_m: float, frame: GridFrame) -> Mask:
     """Cells within `reach_m` of one of the lines."""
     mask = np.zeros((frame.height, frame.width), np.uint8)
     thickness = max(1, 2 * round(reach_m / frame.resolution) + 1)
-    cv2.polylines(mask, [drawn(line, frame) for line in lines], False, 1, thickness, shift=SUBPIXEL)
+    points = drawn(np.concatenate([np.zeros((0, 2)), *lines]), frame)
+    ends = np.cumsum([len(line) for line in lines], dtype=np.int64).tolist()
+    pieces = [points[end - len(line) : end] for line, end in zip(lines, ends, strict=True)]
+    cv2.polylines(mask, pieces, False, 1, thickness, shift=SUBPIXEL)
     return mask > 0
 
 
@@ -127,88 +130,15 @@ def _furniture(obstacles: Mask, near: Mask, along: Mask, params: Params, cell: f
     return np.asarray(small[labels] | (grown & obstacles))
 
 
-# -- gaps in walls -------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class Gap:
-    """A stretch of a tracked line along which the new grid has no wall.
-
-    `path` (n, 2), metres, follows the line from the wall on one side to the wall on the other, moved with what is left of both.
-    """
-
-    path: Points
-    bounded: bool = True
-    """Whether there is wall at both ends; a line may also begin or end without."""
-
-    @property
-    def chord_m(self) -> float:
-        """From end to end."""
-        return float(np.hypot(*(self.path[-1] - self.path[0])))
-
-
-def find_gaps(
-    lines: Sequence[Points], wall: Mask, frame: GridFrame, params: Params, leaps_m: float = np.inf
-) -> list[Gap]:
-    """Where lines (n, 2) that should lie on `wall` find none within the classification distance on either side.
-
-    And where, from one place on a line to the next, the wall leaps aside by more than `leaps_m`: a way may lead between.
-    """
-    return [gap for line in lines for gap in _gaps_along(line, wall, frame, params, leaps_m / frame.resolution)]
-
-
-def _gaps_along(line: Points, wall: Mask, frame: GridFrame, params: Params, leaps: float) -> list[Gap]:
-    cells = frame.to_cells(line)
-    stations = shapely.get_coordinates(shapely.segmentize(shapely.LineString(cells), 1.0))
-    along = np.gradient(stations, axis=0)
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
-    normals = np.stack([along[:, 1], -along[:, 0]], 1)
-    hit, place = _nearest_wall(stations, normals, wall, params.wall_classification_m / frame.resolution)
-    if not hit.any() or (hit.all() and leaps == np.inf):
-        return []
-    if np.allclose(line[0], line[-1]):
-        # a ring begins on a wall, so that no gap is cut in two
-        first = int(hit.argmax())
-        turned = np.concatenate([np.arange(first, len(hit) - 1), np.arange(first + 1)])
-        stations, hit, place = stations[turned], hit[turned], place[turned]
-    found = np.flatnonzero(hit)
-    shift = place + 0.5 - stations
-    aside = np.hypot(*np.diff(place[found], axis=0).T) > leaps
-    runs = [(a, b) for (a, b), leap in zip(pairwise(found.tolist()), aside.tolist(), strict=True) if b > a + 1 or leap]
-    gaps = [Gap(frame.to_map(_between(stations[a : b + 1], shift[a], shift[b]))) for a, b in runs]
-    first, last = int(found[0]), int(found[-1])
-    if first > 1:
-        gaps.append(Gap(frame.to_map(stations[: first + 1] + shift[first]), bounded=False))
-    if last < len(hit) - 2:
-        gaps.append(Gap(frame.to_map(stations[last:] + shift[last]), bounded=False))
-    return gaps
-
-
-def _between(stations: Points, begin: Points, end: Points) -> Points:
-    """Stations (n, 2) shifted from `begin` at the first to `end` at the last."""
-    share = np.linspace(0, 1, len(stations))[:, None]
-    return stations + (1 - share) * begin + share * end
-
-
-def _bridged(boundary: Sequence[Points], wall: Mask, frame: GridFrame, params: Params) -> Mask:
+def _bridged(gaps: Sequence[Gap], frame: GridFrame, params: Params) -> Mask:
     """Gaps in walls that were whole, closed where every point still lies within the wall distance of an obstacle (paper, Table I)."""
-    bridges = np.zeros(wall.shape, np.uint8)
+    bridges = np.zeros((frame.height, frame.width), np.uint8)
+    ends = np.array([gap.path[[0, -1]] for gap in gaps if gap.bounded]).reshape(-1, 2, 2)
     longest = 2 * params.wall_reach_m + frame.resolution
-    for gap in find_gaps(boundary, wall, frame, params):
-        if gap.bounded and gap.chord_m <= longest + GRID_M:
-            begin, end = nearest_cells(gap.path[[0, -1]], frame).tolist()
-            cv2.line(bridges, begin, end, 1, 1)
+    short = np.hypot(*(ends[:, 1] - ends[:, 0]).T) <= longest + GRID_M
+    for begin, end in nearest_cells(ends[short].reshape(-1, 2), frame).reshape(-1, 2, 2).tolist():
+        cv2.line(bridges, begin, end, 1, 1)
     return bridges > 0
-
-
-def _nearest_wall(stations: Points, normals: Points, wall: Mask, cells: float) -> tuple[Mask, npt.NDArray[np.int64]]:
-    """For each station whether a wall cell lies within `cells` along the normal, and which is the nearest: (n,) and (n, 2)."""
-    steps = np.arange(-np.ceil(cells), np.ceil(cells) + 1)
-    steps = steps[np.argsort(np.abs(steps), kind="stable")]
-    at = stations[:, None] + steps[None, :, None] * normals[:, None]
-    seen = look_up(wall, at, False)
-    first = seen.argmax(1)
-    return np.asarray(seen.any(1)), np.floor(at[np.arange(len(at)), first]).astype(np.int64)
 
 
 # -- doors ---------------------------------------------------------------------------------------------------------

@@ -18,7 +18,8 @@ from stillroom.maps.grid import GridFrame, OccupancyGrid
 from stillroom.maps.meta import MapMeta, MetaDivider, MetaOccupancy
 from stillroom.maps.semantics import Room
 from stillroom.pipeline.cells import cells_in
-from stillroom.pipeline.obstacles import Gap, band, filled, find_gaps
+from stillroom.pipeline.gaps import Gap, find_gaps
+from stillroom.pipeline.obstacles import band, filled
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.rooms import overlaps
 from stillroom.pipeline.scores import RoomScore
