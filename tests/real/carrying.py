@@ -36,6 +36,11 @@ class Carry:
     again: tuple[str, ...]
     own: tuple[str, ...]
 
+    @property
+    def asked(self) -> set[str]:
+        """Rooms that a person is asked about."""
+        return {room.id for conflict in self.update.conflicts if not conflict.resolved for room in conflict.rooms}
+
 
 def carry(place: Place) -> Iterator[Carry]:
     """The missions after the first, in the order of their names."""

@@ -17,5 +17,5 @@ def test_rooms_are_carried_through_maps_of_several_robots_in_frames_of_their_own
     taken = [mission for mission in missions if mission.update.taken]
     assert len(taken) >= MOST * len(missions)
     for mission in taken:
-        assert set(mission.again) | mission.asked == set(mission.expected), mission.file
+        assert set(mission.again) | mission.asked >= set(mission.expected), mission.file
     assert sum(set(mission.again) == set(mission.expected) for mission in taken) >= MOST * len(missions)
