@@ -13,14 +13,22 @@ if TYPE_CHECKING:
     from stillroom.store.grids import GridStore
 
 
+_WHOSE = "a robot's id, or the e-mail address of a home's owner"
+
+
 def add_commands(commands: Any) -> None:
     archive = add_command(
-        commands, "archive", _archive, "Save everything of a robot's maps as a zip, which `import` reads again."
+        commands,
+        "archive",
+        _archive,
+        "Save everything of a robot's maps, or of a home, as a zip, which `import` reads again.",
     )
-    archive.add_argument("robot")
-    archive.add_argument("--out", type=Path, metavar="FILE", help="(default: ROBOT.zip)")
-    bring_in = add_command(commands, "import", _import, "Bring the maps of an archive into a robot, all or none.")
-    bring_in.add_argument("robot")
+    archive.add_argument("whose", help=_WHOSE)
+    archive.add_argument("--out", type=Path, metavar="FILE", help="(default: WHOSE.zip)")
+    bring_in = add_command(
+        commands, "import", _import, "Bring the maps of an archive into a robot or a home, all or none."
+    )
+    bring_in.add_argument("whose", help=_WHOSE)
     bring_in.add_argument("file", type=Path, metavar="FILE")
     erase = add_command(
         commands,
@@ -33,11 +41,13 @@ def add_commands(commands: Any) -> None:
 
 
 def _archive(options: argparse.Namespace) -> int:
-    from stillroom.service.archiving import archive
+    from stillroom.service.accounts import address
+    from stillroom.service.archiving import archive, archive_home
 
     def save(database: "Database", grids: "GridStore") -> str:
-        out: Path = options.out or Path(f"{options.robot}.zip")
-        pieces = archive(database, grids, options.robot)
+        whose: str = options.whose
+        out: Path = options.out or Path(f"{whose}.zip")
+        pieces = archive_home(database, grids, address(whose)) if "@" in whose else archive(database, grids, whose)
         with out.open("wb") as file:
             for piece in pieces:
                 file.write(piece)
@@ -48,12 +58,20 @@ def _archive(options: argparse.Namespace) -> int:
 
 def _import(options: argparse.Namespace) -> int:
     from stillroom.documents.archives import Archive
-    from stillroom.service.importing import import_archive
+    from stillroom.service.accounts import address
+    from stillroom.service.importing import import_archive, import_home
 
     def bring_in(database: "Database", grids: "GridStore") -> str:
+        whose: str = options.whose
         with options.file.open("rb") as file:
-            made = import_archive(database, grids, options.robot, Archive(file))
-        return f"{', '.join(made.maps)}: {made.versions} versions, {made.missions} missions"
+            if "@" in whose:
+                made = import_home(database, grids, address(whose), Archive(file)).robots
+            else:
+                made = [import_archive(database, grids, whose, Archive(file))]
+        return "\n".join(
+            f"{robot.robot}: {', '.join(robot.maps)}, {robot.versions} versions, {robot.missions} missions"
+            for robot in made
+        )
 
     return _with_service(bring_in)
 

@@ -25,6 +25,7 @@ WHO = {
     "upload": "robot",
     "edit": "owner member caretaker",
     "manage": "owner caretaker",
+    "archive": "owner caretaker person",
     "rekey": "owner caretaker",
     "disconnect": "owner caretaker operator",
     "release": "owner",
@@ -45,7 +46,7 @@ OF_ROBOTS = {
     f"GET {ROBOT}/test": "manage",
     f"PUT {ROBOT}/test": "manage",
     f"DELETE {ROBOT}/maps": "manage",
-    f"GET {ROBOT}/archive": "manage",
+    f"GET {ROBOT}/archive": "archive",
     f"POST {ROBOT}/archive": "manage",
     f"GET {ROBOT}/log": "manage",
     f"GET {MAP}": "read",
@@ -91,6 +92,8 @@ OF_THE_SERVICE = {
     f"POST {ROBOT}/claim-code": "register",
     "POST /api/v1/claims": "household",
     "DELETE /api/v1/home": "household",
+    "GET /api/v1/home/archive": "archive",
+    "POST /api/v1/home/archive": "household",
     "GET /api/v1/home/retention": "household",
     "PUT /api/v1/home/retention": "household",
     "GET /api/v1/conflicts": "list",
@@ -312,7 +315,7 @@ def test_everybody_sees_the_robots_they_may_read_and_no_others(callers: dict[str
 
 
 def test_the_list_of_robots_says_what_may_be_done_to_each(callers: dict[str, Caller]) -> None:
-    actions = ("read", "upload", "edit", "manage", "rekey", "disconnect", "release")
+    actions = ("read", "upload", "edit", "manage", "archive", "rekey", "disconnect", "release")
     for name in ROLES:
         for robot in callers[name].get("/api/v1/robots").json()["items"]:
             if robot["id"] == "homeless" and name == "homeless":

@@ -17,12 +17,12 @@ from stillroom.__main__ import main
 from stillroom.documents import archives
 from stillroom.documents.archives import MOST_OF_ONE, Archive
 from stillroom.errors import InvalidInput, TooLarge
-from stillroom.service import archiving
+from stillroom.service import archiving, importing
 from stillroom.service.verifying import verify
-from stillroom.store.tables import metadata
+from stillroom.store.tables import metadata, mission
 from tests.conflicts import expect
 from tests.conftest import Caller, RobotCaller, Service
-from tests.fuzz.neighbourhood import settle
+from tests.fuzz.neighbourhood import PRIVATE, settle, signed_in
 from tests.homes import changed
 
 Json = dict[str, Any]
@@ -84,6 +84,124 @@ def test_an_archive_brought_into_another_service_is_the_same_map_with_all_its_ve
     goes_on(other)
     report = verify(service.database, service.grids)
     assert report.holds, report.examples
+
+
+def test_a_home_is_one_archive_of_all_its_robots_and_of_what_was_chosen_for_it(service: Service) -> None:
+    callers = settle(service).callers
+    ann, bob = callers["owner"], callers["neighbour"]
+    second = service.add_robot("anns-second", "ann@example.org")
+    expect(second.upload("0", changed("other floor"), map_name="upstairs"), 201)
+    expect(ann.request("PUT", "/api/v1/home/retention", json={"days": 90}))
+    expect(ann.request("PATCH", "/api/v1/notifications", json={"language": "de", "email": ["conflict"]}))
+    answer = ann.get("/api/v1/home/archive")
+    assert (answer.status_code, answer.headers["Content-Type"]) == (200, "application/zip")
+    there = files(answer.content)
+    home = json.loads(there["home.json"])
+    assert {one["email"]: one["role"] for one in home["people"]} == {
+        "mel@example.org": "member",
+        "vera@example.org": "viewer",
+    }
+    assert (home["owner"], home["retention"]["days"]) == ("ann@example.org", 90)
+    assert (home["messages"]["language"], home["messages"]["kinds"]) == ("de", {"email": ["conflict"]})
+    assert [one["label"] for one in home["messages"]["to"]] == ["Diele hook"]
+    robots = {json.loads(there[f"robots/{number}/robot.json"])["id"] for number in (1, 2)}
+    assert robots == {"anns", "anns-second"}
+    assert {
+        "robots/1/log.jsonl",
+        "robots/1/grants.jsonl",
+        "robots/1/maps/1/current/map.pgm",
+        "robots/2/maps/1/map.json",
+    } <= there.keys()
+    for secret in (PRIVATE.encode(), b"secret", b"token"):
+        assert not [path for path, file in there.items() if secret in file and path != "README.txt"], secret
+    looked = expect(ann.get("/api/v1/robots/anns/log"))["items"]
+    assert "home archive" in [entry["what"] for entry in looked]
+
+    # in another home: what is of robots that are not there is kept without them
+    made = expect(bring_home_in(bob, answer.content), 201)["robots"]
+    assert [(one["maps"], one["versions"], one["missions"]) for one in made] == [
+        (["ground"], 4, 3),
+        (["upstairs"], 1, 1),
+    ]
+    kept = made[0]["robot"]
+    assert kept.startswith("anns.kept-")
+    assert json.loads(json.dumps(history(bob, kept)).replace("robot:anns", "robot:X")) == history(ann, "anns")
+    assert bob.request("POST", f"/api/v1/robots/{kept}/token").status_code == 409
+    assert ann.get(f"/api/v1/robots/{kept}").status_code == 403
+    # in one's own, robots that have no such maps any more get them back
+    expect(ann.request("DELETE", "/api/v1/robots/anns/maps?confirm=anns"))
+    assert bring_home_in(ann, answer.content).status_code == 409, "the second has its maps still"
+    expect(ann.request("DELETE", "/api/v1/robots/anns-second/maps?confirm=anns-second"))
+    again = expect(bring_home_in(ann, answer.content), 201)["robots"]
+    assert [one["robot"] for one in again] == ["anns", "anns-second"]
+    report = verify(service.database, service.grids)
+    assert report.holds, report.examples
+
+
+def bring_home_in(caller: Caller, content: bytes) -> Any:
+    return caller.request("POST", "/api/v1/home/archive", {"Content-Type": "application/zip"}, content=content)
+
+
+@pytest.mark.parametrize("engine", ["sqlite"])
+def test_a_hostile_archive_of_a_home_is_refused_and_leaves_nothing_behind(
+    service: Service, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = service.add_robot("anns", "ann@example.org")
+    expect(robot.upload("0"), 201)
+    ann = signed_in(service, "ann@example.org")
+    content = ann.get("/api/v1/home/archive").content
+    there = files(content)
+    grid = next(path for path in there if path.startswith("grids/"))
+    doubled = {path.replace("robots/1/", "robots/2/"): file for path, file in there.items() if "robots/1/" in path}
+    hostile = {
+        "a robot of another's": ("robots/1/robot.json", there["robots/1/robot.json"].replace(b"anns", b"../anns")),
+        "a robot without a name": ("robots/1/robot.json", b"{}"),
+        "no robot's file": ("robots/1/robot.json", None),
+        "the same grid as another file": (grid.replace(".png", ".pgm"), there[grid]),
+        "a folder out": ("robots/../robot.json", b"{}"),
+        "a zero": ("robots/0/robot.json", b"{}"),
+    }
+    expect(ann.request("DELETE", "/api/v1/robots/anns/maps?confirm=anns"))
+    before = counts(service)
+    for name, (path, file) in hostile.items():
+        changed_there = {key: value for key, value in there.items() if key != path} | (
+            {} if file is None else {path: file}
+        )
+        answer = bring_home_in(ann, packed(changed_there))
+        assert answer.status_code == 422, (name, answer.text)
+    assert bring_home_in(ann, packed(there | doubled)).status_code == 422, "the same robot twice"
+    assert bring_in(ann, "anns", packed(there | doubled)).status_code == 422, "of a home, for a robot"
+    assert counts(service) == before
+    monkeypatch.setattr(importing, "MOST_KEPT", 1)
+    bob = signed_in(service, "bob@example.org")
+    expect(bring_home_in(bob, content), 201)
+    assert bring_home_in(bob, content).status_code == 422, "kept robots are bounded"
+
+
+def test_what_is_given_up_while_it_is_saved_tells_nothing_of_the_next_home(service: Service) -> None:
+    robots = [service.add_robot(name, "ann@example.org") for name in ("anns", "anns-second")]
+    for robot in robots:
+        expect(robot.upload("0"), 201)
+    ann, bob = (signed_in(service, f"{name}@example.org") for name in ("ann", "bob"))
+    pieces = archiving.archive_home(service.database, service.grids, "ann@example.org")
+    began = [next(pieces) for _ in range(3)]
+    code = expect(ann.request("POST", "/api/v1/robots/anns-second/release"))["claim_code"]
+    expect(bob.request("POST", "/api/v1/claims", json={"claim_code": code}), 201)
+    expect(robots[1].upload("0", changed("other floor")), 201)
+    there = files(b"".join([*began, *pieces]))
+    assert [path for path in there if path.startswith("robots/2")] == []
+    assert "robots/1/maps/1/map.json" in there
+
+
+def test_an_archive_of_a_home_leaves_out_what_is_damaged(service: Service, mapped: RobotCaller) -> None:
+    expect(mapped.upload("1", changed("annex"), base_version=1, tracking={"transform": [0.0, 0.0, 0.0]}), 201)
+    with service.database.read() as tx:
+        key = tx.execute(sa.select(mission.c.grid).where(mission.c.key == "0")).scalar_one()
+    service.grids.delete([key])
+    content = archive_of(service.operator, mapped.id)
+    assert sum(path.startswith("grids/") for path in files(content)) == 1
+    service.add_robot("RB-2")
+    assert expect(bring_in(service.operator, "RB-2", content), 201)["missions"] == 2
 
 
 def goes_on(robot: RobotCaller) -> None:
@@ -260,5 +378,5 @@ def test_the_command_line_saves_brings_in_and_deletes(
     assert expect(mapped.get(mapped.path())) == before
     assert main(["archive", "nobody"]) == 1
     out, said = capsys.readouterr()
-    assert out.splitlines()[1:] == ["deleted: 1 maps, 1 missions", "ground: 1 versions, 1 missions"]
+    assert out.splitlines()[1:] == ["deleted: 1 maps, 1 missions", f"{mapped.id}: ground, 1 versions, 1 missions"]
     assert "There is no robot nobody." in said

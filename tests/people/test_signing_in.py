@@ -225,6 +225,15 @@ def test_a_link_for_another_browser_signs_it_in_as_the_same_person(service: Serv
 SCOPED = {
     "maps:read": {"GET /api/v1/robots": 200, "PATCH {map}": 403, "GET /api/v1/fleet/causes": 403},
     "maps:edit": {"GET /api/v1/robots": 200, "PATCH {map}": 200, "POST /api/v1/robots/anns/release": 403},
+    "archives": {
+        "GET /api/v1/home/archive": 200,
+        "GET /api/v1/robots/anns/archive": 200,
+        "POST /api/v1/robots/anns/archive": 403,
+        "POST /api/v1/home/archive": 403,
+        "GET /api/v1/robots/anns/log": 403,
+        "GET {map}": 403,
+        "DELETE /api/v1/home": 403,
+    },
     "messages": {"GET /api/v1/webhooks": 200, "GET {map}": 403, "GET /api/v1/robots": 403},
 }
 

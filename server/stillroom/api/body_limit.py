@@ -20,7 +20,7 @@ PATIENCE_S = 30.0
 """A body's next piece has to come within."""
 _LARGER = (
     (re.compile(r"/api/v1/robots/[^/]+/maps/[^/]+/missions/[^/]+"), MAX_BODY),
-    (re.compile(r"/api/v1/robots/[^/]+/archive"), MAX_ARCHIVE),
+    (re.compile(r"/api/v1/(robots/[^/]+|home)/archive"), MAX_ARCHIVE),
 )
 _AGAIN = {"Retry-After": "2"}
 

@@ -1,10 +1,11 @@
 """What is kept of a home, for those whose it is."""
 
 import tempfile
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query, Request
+from pydantic import BaseModel
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
 
@@ -12,6 +13,7 @@ from stillroom.api.context import (
     SAFE_METHODS,
     SESSION_COOKIE,
     Caller,
+    HumanCaller,
     Limit,
     NumberCursor,
     RobotId,
@@ -24,7 +26,7 @@ from stillroom.api.context import (
 )
 from stillroom.documents.api import Page
 from stillroom.documents.archives import Archive
-from stillroom.documents.privacy import Erased, Imported, LogEntry, Retention, RetentionDocument
+from stillroom.documents.privacy import Erased, Imported, ImportedHome, LogEntry, Retention, RetentionDocument
 from stillroom.errors import UnsupportedFormat
 from stillroom.service import archiving, erasing, importing, looking, retaining
 from stillroom.service.access import Person
@@ -57,6 +59,8 @@ Confirm = Annotated[str | None, Query(max_length=320, description="The name of w
 ZIP = "application/zip"
 _IN_MEMORY = 2**20
 _FILE: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
+_ZIPPED: dict[int | str, dict[str, Any]] = {200: {"content": {ZIP: _FILE}}}
+_SENDS_ZIP = {"requestBody": {"required": True, "content": {ZIP: _FILE}}}
 _MANAGE = [Depends(allowed("manage"))]
 _NOTED = [*_MANAGE, Depends(noted)]
 
@@ -84,12 +88,27 @@ def choose_retention(
 
 
 @router.get(
-    "/robots/{robot}/archive", response_class=Response, responses={200: {"content": {ZIP: _FILE}}}, dependencies=_NOTED
+    "/robots/{robot}/archive",
+    response_class=Response,
+    responses=_ZIPPED,
+    dependencies=[Depends(allowed("archive")), Depends(noted)],
 )
 def archive(service: Service, robot: RobotId) -> Response:
     """All that is known of a robot's maps as a zip: every version, mission and grid, decisions, events, who looked."""
-    pieces = archiving.archive(service.database, service.grids, robot)
-    headers = {"Content-Disposition": f'attachment; filename="{robot}.zip"', "Cache-Control": "no-store"}
+    return _sent(archiving.archive(service.database, service.grids, robot), robot)
+
+
+@router.get("/home/archive", response_class=Response, responses=_ZIPPED, dependencies=[Depends(may("archive"))])
+def archive_home(request: Request, service: Service, who: HumanCaller) -> Response:
+    """That of all robots of one's home as one zip, with its people and what it has chosen."""
+    assert who.email is not None
+    log: Log = request.app.state.log
+    log.note_home(service.database, who, "look", "home archive", source_of(request))
+    return _sent(archiving.archive_home(service.database, service.grids, who.email), "home")
+
+
+def _sent(pieces: Iterator[bytes], name: str) -> Response:
+    headers = {"Content-Disposition": f'attachment; filename="{name}.zip"', "Cache-Control": "no-store"}
     return StreamingResponse(pieces, media_type=ZIP, headers=headers)
 
 
@@ -97,19 +116,36 @@ def archive(service: Service, robot: RobotId) -> Response:
     "/robots/{robot}/archive",
     status_code=201,
     response_model=Imported,
-    openapi_extra={"requestBody": {"required": True, "content": {ZIP: _FILE}}},
+    openapi_extra=_SENDS_ZIP,
     dependencies=_NOTED,
 )
 async def bring_in(request: Request, service: Service, robot: RobotId) -> Response:
     """An archive's maps become maps of the robot, all or none; it must have none of the same names. At most 512 MiB."""
+    return await _read(request, lambda found: importing.import_archive(service.database, service.grids, robot, found))
+
+
+@router.post(
+    "/home/archive",
+    status_code=201,
+    response_model=ImportedHome,
+    openapi_extra=_SENDS_ZIP,
+    dependencies=[Depends(may("household"))],
+)
+async def bring_home_in(request: Request, service: Service, who: HumanCaller) -> Response:
+    """An archive's maps, of a robot or of a home, all or none. Those of robots that are one's own become maps of theirs, others are kept
+    without a robot. People, settings and logs are not brought in. At most 512 MiB."""
+    owner = who.email
+    assert owner is not None
+    return await _read(request, lambda found: importing.import_home(service.database, service.grids, owner, found))
+
+
+async def _read(request: Request, bring: Callable[[Archive], BaseModel]) -> Response:
     if request.headers.get("Content-Type", "").partition(";")[0].strip().lower() != ZIP:
         raise UnsupportedFormat(f"An archive is {ZIP}.")
     with tempfile.SpooledTemporaryFile(_IN_MEMORY) as file:
         async for chunk in request.stream():
             await run_in_threadpool(file.write, chunk)
-        made = await run_in_threadpool(
-            lambda: importing.import_archive(service.database, service.grids, robot, Archive(file))
-        )
+        made = await run_in_threadpool(lambda: bring(Archive(file)))
     return document(made, 201)
 
 

@@ -36,6 +36,7 @@ _BESIDE: dict[tuple[str, str], tuple[int, ...]] = {
     ("post", "/api/v1/accounts/invitations"): (409,),
     ("post", "/api/v1/fleet/alerts"): (409,),
     ("post", "/api/v1/robots/{robot}/archive"): (409, 415),
+    ("post", "/api/v1/home/archive"): (409, 415),
     ("post", "/api/v1/fleet/grants"): (409,),
     ("post", "/api/v1/grants/{grant}/answer"): (409,),
     ("post", "/api/v1/fleet/robots/{robot}/maps/{map}/missions/{mission}/run"): (409,),

@@ -1,4 +1,4 @@
-"""An archive: all that is known of a robot's maps as a zip, to be kept, and to be brought into another service again.
+"""An archive: all that is known of a robot's maps, or of all robots of a home, as a zip, to be kept, and to be brought into another service again.
 
 `manifest.json` comes last and names each other file with its SHA-256. What is read here comes from strangers: nothing is unpacked
 that the list of contents does not allow, and nothing is taken that the models below do not.
@@ -7,8 +7,7 @@ that the list of contents does not allow, and nothing is taken that the models b
 import re
 import stat
 import zipfile
-from collections.abc import Iterator, Mapping
-from datetime import datetime
+from collections.abc import Mapping
 from hashlib import sha256
 from typing import IO, Annotated, Any, Literal, TypeVar
 
@@ -27,12 +26,13 @@ MOST_RATIO = 100
 """How many times larger than the archive its files may be together, where they are more than `SMALL`."""
 SMALL = 256 * 2**20
 _LAYOUT = re.compile(
-    r"manifest\.json"
+    r"manifest\.json|README\.txt|home\.json"
     r"|grids/[0-9a-f]{64}\.(png|pgm|json)"
-    r"|robot\.json|log\.jsonl"
+    r"|(robots/[1-9][0-9]{0,3}/)?(robot\.json|(log|grants)\.jsonl"
     r"|maps/[1-9][0-9]{0,3}/(map\.json|(versions|missions)/[0-9]{6,9}\.json|(decisions|events)\.jsonl"
-    r"|current/map\.(geojson|png|yaml|pgm|json))"
+    r"|current/map\.(geojson|png|yaml|pgm|json)))"
 )
+_GRID = len("grids/"), len("grids/") + 64
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _ENCRYPTED = 0x1
 
@@ -59,13 +59,14 @@ class Manifest(_Strict):
     format: Literal[1] = 1
     service: Text
     """Which program wrote it, in which version."""
-    robot: Id
+    robot: Id | None = None
+    """None: it is a home's, and each robot has a folder."""
     made_at: Moment
     files: list[FileEntry]
 
 
 class ArchivedRobot(_Strict):
-    id: Id
+    id: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
     name: Name
     created_at: Moment
 
@@ -148,6 +149,10 @@ class Archive:
         self._said = {entry.path: entry for entry in self.manifest.files}
         if len(self._said) != len(self.manifest.files) or self._said.keys() != self._entries.keys() - {MANIFEST}:
             raise _refused(MANIFEST, "does not name each file once, and no other")
+        grids = self.below("grids")
+        self._grids = {path[slice(*_GRID)]: path for path in grids}
+        if len(self._grids) != len(grids):
+            raise _refused("grids", "one is there twice")
 
     def read(self, path: str) -> bytes:
         if path not in self._said:
@@ -166,6 +171,19 @@ class Archive:
         """Every file, also those that nobody needs here."""
         for path in self._said:
             self.read(path)
+
+    def robots(self) -> list[str]:
+        """The beginnings of all paths of each robot."""
+        if self.manifest.robot is not None:
+            return [""]
+        found = {path[: path.index("/", len("robots/")) + 1] for path in self._said if path.startswith("robots/")}
+        return sorted(found, key=lambda folder: (len(folder), folder))
+
+    def grid(self, key: str) -> str:
+        """The path of a grid."""
+        if key not in self._grids:
+            raise _refused(f"grids/{key}", "missing")
+        return self._grids[key]
 
     def below(self, folder: str) -> list[str]:
         """The paths of all files in a folder, in order."""
@@ -225,59 +243,3 @@ def parse(model: type[Model], content: bytes, path: str) -> Model:
 
 def _refused(path: str, why: str) -> InvalidInput:
     return InvalidInput("The archive can't be used.", (Fault(f"/{path}", why),))
-
-
-# -- writing -------------------------------------------------------------------------------------------------------
-
-
-class ArchiveWriter:
-    """Writes a zip piece by piece; what `take` gives has not to be kept. `made_at`: when everything in it was so."""
-
-    def __init__(self, service: str, robot: str, made_at: datetime) -> None:
-        self._pieces = _Pieces()
-        self._zip = zipfile.ZipFile(self._pieces, "w", zipfile.ZIP_DEFLATED)
-        self._time = made_at.timetuple()[:6]
-        self._manifest = Manifest(service=service, robot=robot, made_at=made_at, files=[])
-
-    def add(self, path: str, content: bytes) -> bytes:
-        """What is to be sent now."""
-        said = FileEntry(path=path, size=len(content), sha256=sha256(content).hexdigest())
-        self._manifest.files.append(said)
-        self._write(path, content)
-        return self._pieces.take()
-
-    def lines(self, path: str, documents: Iterator[bytes]) -> bytes:
-        """A file of one document a line."""
-        return self.add(path, b"".join(document + b"\n" for document in documents))
-
-    def end(self) -> bytes:
-        self._write(MANIFEST, self._manifest.model_dump_json(indent=1).encode())
-        self._zip.close()
-        return self._pieces.take()
-
-    def _write(self, path: str, content: bytes) -> None:
-        info = zipfile.ZipInfo(path, self._time)
-        info.external_attr = (stat.S_IFREG | 0o600) << 16
-        packed = zipfile.ZIP_STORED if path.endswith(".png") else zipfile.ZIP_DEFLATED
-        self._zip.writestr(info, content, packed)
-
-
-class _Pieces:
-    """What was written since it was last taken."""
-
-    def __init__(self) -> None:
-        self._pieces: list[bytes] = []
-
-    def write(self, data: bytes) -> int:
-        self._pieces.append(bytes(data))
-        return len(data)
-
-    def flush(self) -> None:
-        pass
-
-    def close(self) -> None:
-        pass
-
-    def take(self) -> bytes:
-        taken, self._pieces = b"".join(self._pieces), []
-        return taken

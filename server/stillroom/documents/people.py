@@ -12,7 +12,7 @@ Password = Annotated[str, Field(max_length=1000)]
 Secret = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[A-Za-z0-9_-]+$")]
 HomeRole = Literal["member", "viewer"]
 DutyName = Literal["operator", "engineer"]
-ScopeName = Literal["maps:read", "maps:edit", "fleet:read", "fleet:triage", "messages", "robots"]
+ScopeName = Literal["maps:read", "maps:edit", "fleet:read", "fleet:triage", "messages", "robots", "archives"]
 Purpose = Literal["sign_in", "invitation", "reset"]
 
 
@@ -108,7 +108,7 @@ class SessionDocument(Document):
 
 class NewToken(_Asked):
     name: Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f\x7f]*$")]
-    scopes: Annotated[list[ScopeName], Field(min_length=1, max_length=6)]
+    scopes: Annotated[list[ScopeName], Field(min_length=1, max_length=7)]
     days: Annotated[int, Field(ge=1, le=3650)] | None = None
     """None: until it is revoked."""
 

@@ -48,6 +48,11 @@ class Imported(Document):
     missions: int
 
 
+class ImportedHome(Document):
+    robots: list[Imported]
+    """One that is not one's own is maps without a robot: see `kept_from` of robots."""
+
+
 class Erased(Document):
     """What there was, and is not any more."""
 

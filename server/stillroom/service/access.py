@@ -11,7 +11,7 @@ from stillroom.store.database import Database, Transaction
 from stillroom.store.rows import RobotRow
 
 Duty = Literal["operator", "engineer"]
-Scope = Literal["maps:read", "maps:edit", "fleet:read", "fleet:triage", "messages", "robots"]
+Scope = Literal["maps:read", "maps:edit", "fleet:read", "fleet:triage", "messages", "robots", "archives"]
 Role = Literal[
     "robot",  # itself, where somebody has it
     "owner",  # of the robot
@@ -23,7 +23,7 @@ Role = Literal[
     "operator",
 ]
 Action = Literal[
-    "read", "upload", "edit", "manage", "rekey", "disconnect", "release",
+    "read", "upload", "edit", "manage", "archive", "rekey", "disconnect", "release",
     "list", "account", "household", "messages", "figures", "triage", "fleet messages", "register", "accounts",
 ]  # fmt: skip
 
@@ -33,6 +33,9 @@ RIGHTS: Mapping[Action, frozenset[Role]] = {
     "upload": frozenset({"robot"}),  # occupancy is the robot's alone
     "edit": frozenset({"owner", "member", "caretaker"}),
     "manage": frozenset({"owner", "caretaker"}),  # its name, who looked, whether it is for tests
+    "archive": frozenset(
+        {"owner", "caretaker", "person"}
+    ),  # all of a robot, or of one's own home, to be kept elsewhere
     "rekey": frozenset({"owner", "caretaker"}),  # a new token; who has it reads the robot's maps
     "disconnect": frozenset({"owner", "caretaker", "operator"}),
     "release": frozenset({"owner"}),
@@ -56,6 +59,7 @@ SCOPES: Mapping[Scope, frozenset[Action]] = {
     "fleet:triage": frozenset({"figures", "triage"}),
     "messages": frozenset({"messages", "fleet messages"}),
     "robots": frozenset({"list", "register"}),
+    "archives": frozenset({"list", "archive"}),  # for backups; bringing in and deleting takes somebody who is signed in
 }
 
 
@@ -215,5 +219,5 @@ def rights_towards(tx: Transaction, caller: Principal, rows: Sequence[RobotRow])
     }
 
 
-_OF_ROBOTS: tuple[Action, ...] = ("read", "upload", "edit", "manage", "rekey", "disconnect", "release")
+_OF_ROBOTS: tuple[Action, ...] = ("read", "upload", "edit", "manage", "archive", "rekey", "disconnect", "release")
 _SERVICE: tuple[Action, ...] = ("account", "household", "messages", "figures", "triage", "register", "accounts")

@@ -1,18 +1,21 @@
-"""Everything of a robot's maps as one archive, written while it is sent: nothing of it is held but one file at a time."""
+"""Everything of a robot's maps, or of a home, as one archive, written while it is sent: nothing of it is held but one file at a time."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from datetime import datetime
 from typing import Any
 
+import structlog
+
 from stillroom import __version__
+from stillroom.documents.archive_writer import ArchiveWriter
 from stillroom.documents.archives import (
     ArchivedMap,
     ArchivedMission,
     ArchivedRobot,
     ArchivedRoom,
     ArchivedVersion,
-    ArchiveWriter,
 )
 from stillroom.documents.exports import export
 from stillroom.documents.grids import read_grid
@@ -21,50 +24,105 @@ from stillroom.documents.nav2 import write_nav2
 from stillroom.documents.stored import decode_map
 from stillroom.errors import NotFound, StillroomError
 from stillroom.service.maps import as_document, reading_of
-from stillroom.store import archives, clock, maps, robots
+from stillroom.store import archives, clock, households, maps, robots
 from stillroom.store.database import Database
 from stillroom.store.grids import GridStore
-from stillroom.store.rows import MapRow, MissionRow, VersionRow
+from stillroom.store.rows import MapRow, MissionRow, RobotRow, VersionRow
+
+README = """What this archive holds
+=======================
+
+It is brought in again by the page of one's home, by POST to the address that it came from, or by `stillroom import`:
+maps, rooms, dividers, zones, every version and mission, and what the robots sensed.
+
+For reading only, and not brought in:
+  home.json                      whose home it is, its people, how long what was sensed is kept, what the owner is told
+  log.jsonl                      who looked at maps, and who changed something
+  grants.jsonl                   who asked to see a floor plan, and what the owner said
+  maps/*/decisions.jsonl         questions, and how they were answered
+  maps/*/events.jsonl            what happened
+  maps/*/current/                the map in force, for other programs
+
+No passwords, tokens or secrets of webhooks are in it. manifest.json names each file with its SHA-256.
+"""
 
 
 def archive(database: Database, grids: GridStore, robot_id: str) -> Iterator[bytes]:
-    """The archive in pieces. What is added meanwhile may be in it or not. Raises NotFound before the first piece."""
+    """A robot's archive in pieces. What is added meanwhile may be in it or not. Raises NotFound before the first piece."""
     with database.read() as tx:
-        robot, of_robot, now = robots.get(tx, robot_id), maps.of_robots(tx, [robot_id]), clock.now(tx)
+        robot, now = robots.get(tx, robot_id), clock.now(tx)
     if robot is None:
         raise NotFound(f"There is no robot {robot_id}.")
-    return _written(
-        database, grids, ArchivedRobot(id=robot.id, name=robot.name, created_at=robot.created_at), of_robot, now
-    )
+    return _of_robot(database, grids, robot, now)
+
+
+def archive_home(database: Database, grids: GridStore, owner: str) -> Iterator[bytes]:
+    """That of all robots of a person, with what is kept of the home beside them, in pieces."""
+    with database.read() as tx:
+        found, now = robots.page(tx, robots.owned_by(owner), "", robots.ALL), clock.now(tx)
+        home = households.everything(tx, owner, now)
+    writer, seen = ArchiveWriter(_SERVICE, None, now), set[str]()
+    yield writer.add("README.txt", README.encode())
+    yield writer.add("home.json", json.dumps(home, default=_as_text, ensure_ascii=False, indent=1).encode())
+    for number, robot in enumerate(found, 1):
+        yield from _written(writer, database, grids, robot, f"robots/{number}/", seen)
+    yield writer.end()
+
+
+log = structlog.get_logger()
+_SERVICE = f"stillroom {__version__}"
+
+
+def _of_robot(database: Database, grids: GridStore, robot: RobotRow, now: datetime) -> Iterator[bytes]:
+    writer = ArchiveWriter(_SERVICE, robot.id, now)
+    yield writer.add("README.txt", README.encode())
+    yield from _written(writer, database, grids, robot, "", set())
+    yield writer.end()
 
 
 def _written(
-    database: Database, grids: GridStore, robot: ArchivedRobot, of_robot: Sequence[MapRow], now: datetime
+    writer: ArchiveWriter, database: Database, grids: GridStore, robot: RobotRow, top: str, seen: set[str]
 ) -> Iterator[bytes]:
-    writer, seen = ArchiveWriter(f"stillroom {__version__}", robot.id, now), set[str]()
-    yield writer.add("robot.json", robot.model_dump_json().encode())
-    for of in of_robot:
-        folder = f"maps/{of.ordinal}"
-        with database.read() as tx:
-            rooms = [ArchivedRoom(**vars(row)) for row in archives.rooms(tx, of.id)]
-        yield writer.add(f"{folder}/map.json", _map(of, rooms).model_dump_json().encode())
-        for version in _versions(database, of):
-            yield writer.add(
-                f"{folder}/versions/{version.number:06d}.json", _version(version).model_dump_json().encode()
-            )
-            yield _grid(writer, grids, version.grid, seen)
-            if version.number == of.head:
-                yield from _current(writer, database, grids, of, version, folder)
-        for mission in _missions(database, of):
-            said = _mission(database, mission).model_dump_json().encode()
-            yield writer.add(f"{folder}/missions/{mission.id:09d}.json", said)
-            yield _grid(writer, grids, mission.grid, seen)
-        with database.read() as tx:
-            yield writer.lines(f"{folder}/decisions.jsonl", map(_line, archives.decisions(tx, of.id)))
-            yield writer.lines(f"{folder}/events.jsonl", map(_line, archives.events(tx, of.robot_id, of.id)))
+    """`seen`: the grids that are in it already, which grows."""
     with database.read() as tx:
-        yield writer.lines("log.jsonl", map(_line, archives.looks(tx, robot.id)))
-    yield writer.end()
+        now = robots.get(tx, robot.id)
+        if now is None or now.owner != robot.owner:
+            return  # it was given up since: what is known of it now is another home's
+        of_robot = maps.of_robots(tx, [robot.id])
+        looks = writer.lines(f"{top}log.jsonl", map(_line, archives.looks(tx, robot.id)))
+        grants = writer.lines(f"{top}grants.jsonl", map(_line, archives.grants(tx, robot.id)))
+    said = ArchivedRobot(id=robot.id, name=robot.name, created_at=robot.created_at)
+    yield looks
+    yield grants
+    yield writer.add(f"{top}robot.json", said.model_dump_json().encode())
+    for of in of_robot:
+        yield from _floor(writer, database, grids, of, f"{top}maps/{of.ordinal}", seen)
+
+
+def _floor(
+    writer: ArchiveWriter, database: Database, grids: GridStore, of: MapRow, folder: str, seen: set[str]
+) -> Iterator[bytes]:
+    with database.read() as tx:
+        rooms = [ArchivedRoom(**vars(row)) for row in archives.rooms(tx, of.id)]
+    yield writer.add(f"{folder}/map.json", _map(of, rooms).model_dump_json().encode())
+    for version in _versions(database, of):
+        piece, key = _grid(writer, grids, version.grid, seen)
+        version = replace(version, grid=key)
+        said = _version(version).model_dump_json().encode()
+        yield piece
+        yield writer.add(f"{folder}/versions/{version.number:06d}.json", said)
+        if version.number == of.head:
+            yield from _current(writer, database, grids, of, version, folder)
+    for mission in _missions(database, of):
+        piece, key = _grid(writer, grids, mission.grid, seen)
+        said = _mission(database, replace(mission, grid=key)).model_dump_json().encode()
+        yield piece
+        yield writer.add(f"{folder}/missions/{mission.id:09d}.json", said)
+    with database.read() as tx:
+        decisions = writer.lines(f"{folder}/decisions.jsonl", map(_line, archives.decisions(tx, of.id)))
+        happened = writer.lines(f"{folder}/events.jsonl", map(_line, archives.events(tx, of.id)))
+    yield decisions
+    yield happened
 
 
 def _line(row: Mapping[str, Any]) -> bytes:
@@ -98,13 +156,17 @@ def _missions(database: Database, of: MapRow) -> Iterator[MissionRow]:
         last = rows[-1].id
 
 
-def _grid(writer: ArchiveWriter, grids: GridStore, key: str, seen: set[str]) -> bytes:
-    """As the robot sent it; each once. What was deleted meanwhile is left out."""
+def _grid(writer: ArchiveWriter, grids: GridStore, key: str, seen: set[str]) -> tuple[bytes, str]:
+    """What is to be sent of a grid, as the robot sent it, each once; and its key, "" where it was deleted meanwhile, or damaged."""
     if key in seen or not key:
-        return b""
+        return b"", key
+    try:
+        content = grids.get(key)
+    except (NotFound, FileNotFoundError, ValueError) as error:
+        log.warning("a grid is missing in an archive", grid=key, reason=str(error))
+        return b"", ""
     seen.add(key)
-    content = grids.get(key)
-    return writer.add(f"grids/{key}.{suffix_of(content)}", content)
+    return writer.add(f"grids/{key}.{suffix_of(content)}", content), key
 
 
 def suffix_of(content: bytes) -> str:

@@ -1,26 +1,32 @@
 """Maps out of an archive become maps of a robot: with all versions and missions, or not at all."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from pydantic import ValidationError
 
-from stillroom.documents.archives import Archive, ArchivedMap, ArchivedMission, ArchivedVersion
+from stillroom.documents.archives import Archive, ArchivedMap, ArchivedMission, ArchivedRobot, ArchivedVersion
 from stillroom.documents.checking import check_map, check_motion, renamer, with_ids
 from stillroom.documents.grids import read_grid
 from stillroom.documents.missions import faults_of, parse_meta
-from stillroom.documents.privacy import Imported
+from stillroom.documents.privacy import Imported, ImportedHome
+from stillroom.documents.stored import upgrade
 from stillroom.errors import AlreadyExists, Fault, Forbidden, InvalidInput, NotFound
 from stillroom.service.archiving import suffix_of
 from stillroom.service.missions import mission_document
+from stillroom.service.robots import keep
 from stillroom.store import archives, clock, erasing, events, lanes, maps, robots
 from stillroom.store.database import Database, Transaction, tell
 from stillroom.store.grids import GridStore
 from stillroom.store.hints import Hint
-from stillroom.store.rows import MapRow, MissionRow
+from stillroom.store.rows import MapRow, MissionRow, RobotRow
 
+_MAP = re.compile(r".*maps/[0-9]+/map\.json")
+MOST_KEPT = 100
+"""Robots without a robot, of one home."""
 Json = dict[str, Any]
 
 
@@ -30,35 +36,72 @@ class _Floor:
 
     folder: str
     said: ArchivedMap
-    versions: int
+    rooms: Sequence[int]
+    """How many each version has."""
     missions: int
 
 
+@dataclass(frozen=True)
+class _Robot:
+    said: ArchivedRobot
+    floors: Sequence[_Floor]
+
+
 def import_archive(database: Database, grids: GridStore, robot_id: str, archive: Archive) -> Imported:
-    """All maps of an archive as maps of the robot, with the ids that they had, where the robot has no other maps.
+    """All maps of a robot's archive as maps of the robot, with the ids that they had, where the robot has no other maps.
 
     Decisions, events and who looked are for people to read; they are not brought in. The fleet's figures count nothing of it.
     Raises InvalidInput, TooLarge; AlreadyExists where the robot has a map of the same name; Forbidden for one that was given up.
     """
-    archive.check()
-    folders = sorted(
-        {
-            path.rsplit("/", 1)[0]
-            for path in archive.below("maps")
-            if path.endswith("/map.json") and path.count("/") == 2
-        }
+    if archive.manifest.robot is None:
+        raise _refused("robots", "the archive of a whole home, which is brought in by its owner")
+    (only,) = _bring(
+        database, grids, archive, lambda tx, found: [_brought_in(tx, robot_id, archive, one.floors) for one in found]
     )
+    return only
+
+
+def import_home(database: Database, grids: GridStore, owner: str, archive: Archive) -> ImportedHome:
+    """All maps of an archive, of one robot or of a home: of a robot that is the person's, as its maps; else as maps that the person kept.
+
+    Raises like `import_archive`.
+    """
+
+    def place(tx: Transaction, found: Sequence[_Robot]) -> list[Imported]:
+        return [_brought_in(tx, _target(tx, owner, robot.said), archive, robot.floors) for robot in found]
+
+    return ImportedHome(robots=_bring(database, grids, archive, place))
+
+
+def _target(tx: Transaction, owner: str, said: ArchivedRobot) -> str:
+    there = robots.get(tx, said.id)
+    if there is not None and there.owner == owner:
+        return there.id
+    if robots.count(tx, robots.owned_by(owner) & robots.kept()) >= MOST_KEPT:
+        raise InvalidInput(f"{MOST_KEPT} robots that are none any more are kept already: delete what you don't need.")
+    return keep(tx, RobotRow(said.id, said.name, owner, clock.now(tx)))
+
+
+def _bring(
+    database: Database,
+    grids: GridStore,
+    archive: Archive,
+    place: Callable[[Transaction, Sequence[_Robot]], list[Imported]],
+) -> list[Imported]:
+    archive.check()
     checked: dict[str, str] = {}
-    floors = [_look_at(archive, folder, checked) for folder in folders]
-    if not floors or len({floor.said.name for floor in floors}) != len(floors):
-        raise _refused("maps", "no map, or two of one name")
+    found = [robot for robot in (_robot(archive, top, checked) for top in archive.robots()) if robot.floors]
+    if not found:
+        raise _refused("maps", "no map")
+    if len({robot.said.id for robot in found}) != len(found):
+        raise _refused("robots", "one is there twice")
     for key, path in checked.items():
         if grids.put(archive.read(path)) != key:
             raise _refused(path, "not what it is called")
     try:
         with database.write() as tx:
             erasing.hold_grids(tx, alone=False)
-            made = _brought_in(tx, robot_id, archive, floors)
+            made = place(tx, found)
     except Exception:
         with database.write() as tx:
             erasing.discard(tx, checked, clock.now(tx))
@@ -71,12 +114,21 @@ def import_archive(database: Database, grids: GridStore, robot_id: str, archive:
 # -- looking at what is to come ------------------------------------------------------------------------------------
 
 
+def _robot(archive: Archive, top: str, checked: dict[str, str]) -> _Robot:
+    said = archive.load(ArchivedRobot, f"{top}robot.json")
+    folders = [path.removesuffix("/map.json") for path in archive.below(f"{top}maps") if _MAP.fullmatch(path)]
+    floors = [_look_at(archive, folder, checked) for folder in folders]
+    if len({floor.said.name for floor in floors}) != len(floors):
+        raise _refused(f"{top}maps", "two of one name")
+    return _Robot(said, floors)
+
+
 def _look_at(archive: Archive, folder: str, checked: dict[str, str]) -> _Floor:
     """Whether everything of a map can be used; `checked`: the paths of grids by their keys, which grows. Raises InvalidInput."""
     said = archive.load(ArchivedMap, f"{folder}/map.json")
     of = _row(said, 0, "robot", said.ordinal)
     keys: dict[str, str] = {}
-    missions = versions = 0
+    missions, rooms = 0, list[int]()
     for path, mission in _missions(archive, folder):
         missions += 1
         if mission.key in keys:
@@ -84,22 +136,19 @@ def _look_at(archive: Archive, folder: str, checked: dict[str, str]) -> _Floor:
         keys[mission.key] = mission.grid
         _check_mission(archive, of, mission, path, checked)
     for path, version in _versions(archive, folder):
-        versions += 1
-        if (
-            version.number != versions
-            or version.parent != (versions - 1 or None)
-            or not 0 <= (version.frame_from or 0) < versions
-        ):
+        last = len(rooms)
+        if version.number != last + 1 or version.parent != (last or None) or not 0 <= (version.frame_from or 0) <= last:
             raise _refused(path, "versions follow each other without a gap")
         if version.mission is not None and keys.get(version.mission) != version.grid:
             raise _refused(path, "lies on no mission's grid")
         _, found = check_map(version.document, f"/{path}/document")
         check_motion(version.motion, f"/{path}/motion")
-        if len(found.rooms) > 0 and versions == said.head:
+        rooms.append(len(found.rooms))
+        if len(found.rooms) > 0 and len(rooms) == said.head:
             _check_rooms(said, {room.id: room.segment_id for room in found.rooms}, folder)
-    if (said.head or 0) != versions or not 0 <= (said.pinned or 0) <= versions:
+    if (said.head or 0) != len(rooms) or not 0 <= (said.pinned or 0) <= len(rooms):
         raise _refused(f"{folder}/map.json", "its newest version is not the last one")
-    return _Floor(folder, said, versions, missions)
+    return _Floor(folder, said, rooms, missions)
 
 
 def _check_rooms(said: ArchivedMap, living: Mapping[str, int], folder: str) -> None:
@@ -121,7 +170,7 @@ def _check_mission(archive: Archive, of: MapRow, mission: ArchivedMission, path:
     except ValidationError as error:
         raise InvalidInput(f"{path} can't be used.", faults_of(error, f"/{path}")) from None
     if mission.grid and mission.grid not in checked:
-        (found,) = [entry for entry in archive.below("grids") if mission.grid in entry] or [""]
+        found = archive.grid(mission.grid)
         content = archive.read(found)
         if not found.endswith(suffix_of(content)):
             raise _refused(found, "another format than its name says")
@@ -168,7 +217,7 @@ def _brought_in(tx: Transaction, robot_id: str, archive: Archive, floors: Sequen
     return Imported(
         robot=robot_id,
         maps=[of.name for of in made],
-        versions=sum(floor.versions for floor in floors),
+        versions=sum(len(floor.rooms) for floor in floors),
         missions=sum(floor.missions for floor in floors),
     )
 
@@ -206,12 +255,9 @@ def _bring_in(
         waits |= mission.status != "done"
         if mission.placed_from is not None:
             placed.append((mission_id, *mission.placed_from))
-    for path, version in _versions(archive, floor.folder):
-        document, found = check_map(version.document, f"/{path}")
-        archives.add_version(
-            tx,
-            version.model_dump() | {"map_id": map_id, "rooms": len(found.rooms), "document": with_ids(document, names)},
-        )
+    for rooms_then, (_, version) in zip(floor.rooms, _versions(archive, floor.folder), strict=True):
+        document = with_ids(upgrade(version.document), names)
+        archives.add_version(tx, version.model_dump() | {"map_id": map_id, "rooms": rooms_then, "document": document})
     if waits:
         lanes.lock(tx, map_id)
         lanes.wake(tx, map_id)

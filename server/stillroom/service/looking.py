@@ -8,7 +8,7 @@ from stillroom.documents.api import Page
 from stillroom.documents.privacy import LogEntry
 from stillroom.service.access import Person, signature
 from stillroom.service.paging import page_of
-from stillroom.store import clock, looking
+from stillroom.store import clock, looking, robots
 from stillroom.store.database import Database
 from stillroom.store.looking import Access
 
@@ -33,6 +33,13 @@ class Log:
         if times:
             with database.write(durable=False) as tx:
                 looking.note(tx, access, times, clock.now(tx))
+
+    def note_home(self, database: Database, who: Person, did: str, what: str, source: str) -> None:
+        """All robots of a person's own home."""
+        with database.read() as tx:
+            found = robots.page(tx, robots.owned_by(who.email), "", robots.ALL)
+        for robot in found:
+            self.note(database, who, robot.id, did, what, source)
 
     def _due(self, access: Access) -> int:
         """How often it is to be noted now."""

@@ -1,5 +1,6 @@
 """Robots: registered by operators, claimed by owners, given up, and their tokens."""
 
+from dataclasses import replace
 from datetime import timedelta
 from secrets import token_hex
 
@@ -12,10 +13,11 @@ from stillroom.service.paging import page_of
 from stillroom.service.people.throttling import Limit, Tries, forgive, take
 from stillroom.service.people.tokens import ROBOT, hash_of, new_claim_code, new_secret
 from stillroom.store import clock, erasing, lanes, robots
-from stillroom.store.database import Database
+from stillroom.store.database import Database, Transaction
 from stillroom.store.rows import RobotRow
 
 _REVOKED: dict[str, object] = {"token_made_at": None, "token_shown": False}
+_KEPT = ".kept-"
 CLAIMS = Limit("claims", 10, timedelta(minutes=1), timedelta(hours=1), timedelta(hours=6))
 
 
@@ -77,10 +79,7 @@ def release(database: Database, robot_id: str) -> ClaimCode:
         for map_id in maps:  # whoever works on one is done, or begins again with what it is from now on
             lanes.lock(tx, map_id)
         if maps:
-            kept = f"{robot_id[:48]}.kept-{token_hex(4)}"
-            like = RobotRow(kept, row.name, row.owner, row.created_at, kept_from=robot_id)
-            robots.add(tx, like, _nobodys(), _nobodys())
-            robots.hand_over(tx, robot_id, kept)
+            robots.hand_over(tx, robot_id, keep(tx, row))
         else:
             erasing.erase_robot(tx, robot_id, now)  # who had it is not for who has it next
         free = {"owner": None, "released_at": now, "claim_code_hash": _code_hash(code)}
@@ -113,6 +112,16 @@ def new_token(database: Database, robot_id: str) -> RobotToken:
 def revoke_token(database: Database, robot_id: str) -> None:
     with database.write() as tx:
         robots.change(tx, robot_id, _REVOKED | {"token_hash": _nobodys()})
+
+
+def keep(tx: Transaction, of: RobotRow) -> str:
+    """Adds what an owner keeps of a robot, which uploads nothing; its id."""
+    origin = of.id.partition(_KEPT)[0]
+    made = replace(
+        of, id=f"{origin[:48]}{_KEPT}{token_hex(4)}", token_made_at=None, token_shown=False, kept_from=origin
+    )
+    robots.add(tx, made, _nobodys(), _nobodys())
+    return made.id
 
 
 def unknown_token(row: RobotRow) -> dict[str, object]:

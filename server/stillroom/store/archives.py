@@ -6,7 +6,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from stillroom.store.database import Transaction
-from stillroom.store.fleet_tables import plan_view
+from stillroom.store.fleet_tables import plan_grant, plan_view
 from stillroom.store.privacy_tables import access_log
 from stillroom.store.rows import Json, MissionRow, RoomRow, VersionRow, as_row, columns
 from stillroom.store.tables import conflict, ending, event, lane, map_, mission, room, sighting, version
@@ -60,7 +60,8 @@ def decisions(tx: Transaction, map_id: int) -> Iterator[Mapping[str, Any]]:
     yield from (dict(row._mapping) for row in tx.execute(query))
 
 
-def events(tx: Transaction, robot_id: str, map_id: int) -> Iterator[Mapping[str, Any]]:
+def events(tx: Transaction, map_id: int) -> Iterator[Mapping[str, Any]]:
+    robot_id = sa.select(map_.c.robot_id).where(map_.c.id == map_id).scalar_subquery()
     query = sa.select(event.c.kind, event.c.data, event.c.created_at)
     query = query.where(event.c.robot_id == robot_id, event.c.map_id == map_id)
     yield from (dict(row._mapping) for row in tx.execute(query.order_by(event.c.id)))
@@ -75,6 +76,23 @@ def looks(tx: Transaction, robot_id: str) -> Iterator[Mapping[str, Any]]:
     names = ("viewer", "map_name", "mission", "what", "why", "at")
     query = sa.select(*(plan_view.c[name] for name in names)).where(plan_view.c.robot_id == robot_id)
     yield from (dict(row._mapping) for row in tx.execute(query.order_by(plan_view.c.id)))
+
+
+def grants(tx: Transaction, robot_id: str) -> Iterator[Mapping[str, Any]]:
+    """Who asked to look at the floor plans, and what was said to it."""
+    names = (
+        "asked_by",
+        "reason",
+        "asked_at",
+        "granted",
+        "answered_by",
+        "answered_at",
+        "expires_at",
+        "ended_by",
+        "ended_at",
+    )
+    query = sa.select(*(plan_grant.c[name] for name in names)).where(plan_grant.c.robot_id == robot_id)
+    yield from (dict(row._mapping) for row in tx.execute(query.order_by(plan_grant.c.id)))
 
 
 # -- bringing in ---------------------------------------------------------------------------------------------------

@@ -69,6 +69,15 @@ def registered() -> Selection:
     return robot.c.kept_from.is_(None)
 
 
+def kept() -> Selection:
+    """What owners kept of robots that they gave up."""
+    return robot.c.kept_from.is_not(None)
+
+
+def count(tx: Transaction, which: Selection) -> int:
+    return tx.execute(sa.select(sa.func.count()).select_from(robot).where(which)).scalar_one()
+
+
 def any_of(selections: Sequence[Selection]) -> Selection:
     return sa.or_(sa.false(), *selections)
 

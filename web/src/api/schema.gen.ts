@@ -927,6 +927,31 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/home/archive": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Archive Home
+         * @description That of all robots of one's home as one zip, with its people and what it has chosen.
+         */
+        get: operations["archive_home_api_v1_home_archive_get"];
+        put?: never;
+        /**
+         * Bring Home In
+         * @description An archive's maps, of a robot or of a home, all or none. Those of robots that are one's own become maps of theirs, others are kept
+         *     without a robot. People, settings and logs are not brought in. At most 512 MiB.
+         */
+        post: operations["bring_home_in_api_v1_home_archive_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/home/retention": {
         parameters: {
             query?: never;
@@ -2675,7 +2700,7 @@ export interface components {
             /** Name */
             name: string;
             /** Scopes */
-            scopes: ("maps:read" | "maps:edit" | "fleet:read" | "fleet:triage" | "messages" | "robots")[];
+            scopes: ("maps:read" | "maps:edit" | "fleet:read" | "fleet:triage" | "messages" | "robots" | "archives")[];
             /** Seen At */
             seen_at: string | null;
             /** Token */
@@ -3301,6 +3326,11 @@ export interface components {
             robot: string;
             /** Versions */
             versions: number;
+        };
+        /** ImportedHome */
+        ImportedHome: {
+            /** Robots */
+            robots: components["schemas"]["Imported"][];
         };
         /**
          * InspectedMission
@@ -4133,7 +4163,7 @@ export interface components {
             /** Name */
             name: string;
             /** Scopes */
-            scopes: ("maps:read" | "maps:edit" | "fleet:read" | "fleet:triage" | "messages" | "robots")[];
+            scopes: ("maps:read" | "maps:edit" | "fleet:read" | "fleet:triage" | "messages" | "robots" | "archives")[];
         };
         /** NewWebhook */
         NewWebhook: {
@@ -5361,7 +5391,7 @@ export interface components {
             /** Name */
             name: string;
             /** Scopes */
-            scopes: ("maps:read" | "maps:edit" | "fleet:read" | "fleet:triage" | "messages" | "robots")[];
+            scopes: ("maps:read" | "maps:edit" | "fleet:read" | "fleet:triage" | "messages" | "robots" | "archives")[];
             /** Seen At */
             seen_at: string | null;
         };
@@ -10073,6 +10103,194 @@ export interface operations {
             };
             /** @description There is no such thing */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The input can't be used */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Asked too often; Retry-After says when to ask again */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not available now; Retry-After says when to ask again */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    archive_home_api_v1_home_archive_get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/zip": string;
+                };
+            };
+            /** @description No valid credential */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this caller */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The input can't be used */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Asked too often; Retry-After says when to ask again */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not available now; Retry-After says when to ask again */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    bring_home_in_api_v1_home_archive_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/zip": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ImportedHome"];
+                };
+            };
+            /** @description No valid credential */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this caller */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The rest of the body did not come */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It is there already, or was decided otherwise */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Larger than the limit */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description A format that is not read here */
+            415: {
                 headers: {
                     [name: string]: unknown;
                 };

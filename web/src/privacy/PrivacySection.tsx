@@ -6,6 +6,7 @@ import { robotsQuery } from "../api/queries";
 import { Moment } from "../Moment";
 import classes from "../people/People.module.css";
 import { Act, Section, Trouble } from "../people/parts";
+import { Pick, Save, WholeHome, zipped } from "./Archives";
 import { Retention } from "./Retention";
 import { Sure } from "./Sure";
 import { privacyTexts as words } from "./texts";
@@ -19,6 +20,7 @@ export function PrivacySection({ email }: { readonly email: string }) {
   return (
     <Section title={words.title}>
       <p>{words.lead}</p>
+      <WholeHome />
       <ul className={classes.list}>
         {own.map((robot) => (
           <Kept key={robot.id} robot={robot} />
@@ -41,24 +43,23 @@ function Kept({ robot: { id, name } }: { readonly robot: Robot }) {
     onSuccess: () => setAsked(false),
     ...settle,
   });
-  const bringIn = useMutation({ mutationFn: (file: File) => sent(id, file), ...settle });
+  const bringIn = useMutation({
+    mutationFn: (file: File) =>
+      answered(api.POST("/api/v1/robots/{robot}/archive", { params: { path: { robot: id } }, ...zipped(file) })),
+    ...settle,
+  });
   return (
     <li>
       <p>
         <strong>{name}</strong>
       </p>
       <div className={classes.actions}>
-        <Button
-          component="a"
-          mih={40}
-          variant="default"
-          href={`/api/v1/robots/${encodeURIComponent(id)}/archive`}
-          download={`${id}.zip`}
-          aria-label={words.saveOf(name)}
-        >
+        <Save href={`/api/v1/robots/${encodeURIComponent(id)}/archive`} file={`${id}.zip`} name={words.saveOf(name)}>
           {words.save}
-        </Button>
-        <Pick name={words.bringInOf(name)} pending={bringIn.isPending} onFile={(file) => bringIn.mutate(file)} />
+        </Save>
+        <Pick name={words.bringInOf(name)} pending={bringIn.isPending} onFile={(file) => bringIn.mutate(file)}>
+          {words.bringIn}
+        </Pick>
         <Button
           mih={40}
           variant="default"
@@ -87,44 +88,6 @@ function Kept({ robot: { id, name } }: { readonly robot: Robot }) {
       {bringIn.data && <p role="status">{words.broughtIn(bringIn.data.maps.length, bringIn.data.versions)}</p>}
       <Trouble error={erase.error ?? bringIn.error} problems={{ 409: words.clash, 422: words.unreadable }} />
     </li>
-  );
-}
-
-function sent(robot: string, file: File) {
-  return answered(
-    api.POST("/api/v1/robots/{robot}/archive", {
-      params: { path: { robot } },
-      body: file as unknown as string,
-      bodySerializer: (body) => body as unknown as File,
-      headers: { "Content-Type": "application/zip" },
-    }),
-  );
-}
-
-interface PickProps {
-  readonly name: string;
-  readonly pending: boolean;
-  readonly onFile: (file: File) => void;
-}
-
-/** A button that asks for a file. */
-function Pick({ name, pending, onFile }: PickProps) {
-  return (
-    <Button component="label" mih={40} variant="default" loading={pending}>
-      {words.bringIn}
-      <input
-        type="file"
-        accept=".zip,application/zip"
-        aria-label={name}
-        hidden={false}
-        style={{ position: "absolute", inset: 0, opacity: 0 }}
-        onChange={({ currentTarget }) => {
-          const file = currentTarget.files?.[0];
-          if (file) onFile(file);
-          currentTarget.value = "";
-        }}
-      />
-    </Button>
   );
 }
 

@@ -96,6 +96,7 @@ export const peopleDe: PeopleTexts = {
     scopes: {
       "maps:read": "Karten sehen",
       "maps:edit": "Karten sehen und bearbeiten, Fragen beantworten",
+      archives: "Alles von meinem Zuhause sichern: für Datensicherungen",
       messages: "Webhooks und Nachrichten",
       "fleet:read": "Zahlen der Flotte sehen",
       "fleet:triage": "Zahlen der Flotte sehen, Ursachen stummschalten, Fahrten wiederholen",
@@ -132,7 +133,7 @@ export const peopleDe: PeopleTexts = {
     leaveOf: (home) => `Das Zuhause von ${home} verlassen`,
     robots: "Roboter",
     noRobots: "Noch gehört Ihnen kein Roboter.",
-    kept: "aufbewahrt von einem Roboter, den Sie abgegeben haben",
+    kept: "Karten ohne Roboter: abgegeben oder eingespielt",
     shutOut: "Sein Token ist widerrufen: Er lädt nichts hoch.",
     claim: "Roboter übernehmen",
     claimLead: "Der Code lag dem Roboter bei, oder der Vorbesitzer hat ihn.",

@@ -8,6 +8,10 @@ export const privacyDe: PrivacyTexts = {
   title: "Was aufgehoben wird",
   lead: "Karten gehören zu Ihrem Zuhause. Sichern Sie sie, sehen Sie, wer sie angesehen hat, und löschen Sie sie, wann Sie wollen.",
   save: "Alles sichern",
+  saveHome: "Das ganze Zuhause sichern",
+  bringInHome: "Gesichertes Zuhause einspielen",
+  whole:
+    "Eine Datei mit allen Karten aller Roboter und ihrem Verlauf, wer zum Zuhause gehört und wer geschaut hat. Beim Einspielen kommen Karten Ihrer Roboter wieder zu diesen; andere werden ohne Roboter aufgehoben.",
   saveOf: (robot) => `Alles von ${robot} sichern`,
   bringIn: "Karten einspielen",
   bringInOf: (robot) => `Gesicherte Karten bei ${robot} einspielen`,

@@ -95,6 +95,7 @@ export const peopleEn = {
     scopes: {
       "maps:read": "See maps",
       "maps:edit": "See and edit maps, answer questions",
+      archives: "Save everything of my home: for backups",
       messages: "Webhooks and messages",
       "fleet:read": "See the fleet's figures",
       "fleet:triage": "See the fleet's figures, mute causes, run missions again",
@@ -131,7 +132,7 @@ export const peopleEn = {
     leaveOf: (home: string) => `Leave the home of ${home}`,
     robots: "Robots",
     noRobots: "No robot is yours yet.",
-    kept: "kept of a robot that you gave up",
+    kept: "maps without a robot: you gave it up, or brought them in",
     shutOut: "Its token is revoked: it uploads nothing.",
     claim: "Claim a robot",
     claimLead: "The code came with the robot, or from whoever had it before you.",

@@ -6,6 +6,10 @@ export const privacyEn = {
   title: "What is kept",
   lead: "Maps belong to your home. Save them, see who looked at them, and delete them whenever you like.",
   save: "Save everything",
+  saveHome: "Save everything of the home",
+  bringInHome: "Bring a saved home in",
+  whole:
+    "One file with all maps of all robots and their history, who belongs to the home, and who looked. Brought in again, maps of robots that are yours go to them; others are kept without a robot.",
   saveOf: (robot: string) => `Save everything of ${robot}`,
   bringIn: "Bring maps in",
   bringInOf: (robot: string) => `Bring saved maps into ${robot}`,
