@@ -22,7 +22,7 @@ def by_token(database: Database, token: str, admin_token: str | None) -> Princip
         return OPERATOR
     if token.startswith(PERSON):
         return _by_person_token(database, token)
-    with database.read() as tx:
+    with database.look() as tx:
         row = robots.by_token(tx, hash_of(token))
     if row is None:
         raise Unauthenticated("The token is not valid.")

@@ -21,7 +21,7 @@ from stillroom.store import clock, conflicts, events, lanes, maps
 from stillroom.store.conflicts import Ending
 from stillroom.store.database import Database, Transaction
 from stillroom.store.events import Happened
-from stillroom.store.rows import ConflictRow, ProposalRow, VersionRow
+from stillroom.store.rows import ConflictRow, MapRow, ProposalRow, VersionRow
 
 STATES = {"accept": "accepted", "reject": "rejected", "temporary": "rejected", "annotate": "annotated"}
 AT_ONCE = 100
@@ -119,7 +119,7 @@ def _commit(database: Database, asked: Asked, made: Plan, made_by: str, request:
             return False
         now, happened, version = clock.now(tx), list[Happened](), asked.head.number
         if made.under is not None:
-            version = _add_version(tx, asked, made, made.under, made_by, now)
+            version = _add_version(tx, of, made, made.under, made_by, now)
             happened.append(("version", {"version": version, "cause": "decision", "mission": made.under.mission}))
         ending = Ending(
             state=STATES[request.response],
@@ -140,11 +140,11 @@ def _commit(database: Database, asked: Asked, made: Plan, made_by: str, request:
     return True
 
 
-def _add_version(tx: Transaction, asked: Asked, made: Plan, under: Under, made_by: str, now: datetime) -> int:
+def _add_version(tx: Transaction, of: MapRow, made: Plan, under: Under, made_by: str, now: datetime) -> int:
     new = new_version(
         made.map,
         retired=made.retired,
-        parent=asked.head.number,
+        parent=of.head,
         cause="decision",
         mission=under.mission,
         made_by=made_by,
@@ -152,7 +152,7 @@ def _add_version(tx: Transaction, asked: Asked, made: Plan, under: Under, made_b
         frame_from=under.frame_from,
         motion=under.motion,
     )
-    return maps.add_version(tx, asked.of.id, new, now)
+    return maps.add_version(tx, of, new, now)
 
 
 def _settle_mission(tx: Transaction, row: ConflictRow, made_by: str, version: int, now: datetime) -> list[Happened]:

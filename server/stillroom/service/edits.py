@@ -130,7 +130,7 @@ def restore_version(
             frame_from=number,
             motion=None,
         )
-        made_number = maps.add_version(tx, of.id, new, now)
+        made_number = maps.add_version(tx, of, new, now)
         events.add(tx, of, [("version", {"version": made_number, "cause": "restore"})], now)
         made = maps.version_at(tx, of.id, made_number)
     assert made is not None
@@ -161,10 +161,10 @@ def _commit(
     )
     with database.write() as tx:
         lanes.lock(tx, of.id)
-        if maps.get(tx, of.id).head != current.number:
+        of, now = maps.at_now(tx, of.id)
+        if of.head != current.number:
             return None
-        now = clock.now(tx)
-        number = maps.add_version(tx, of.id, new, now)
+        number = maps.add_version(tx, of, new, now)
         events.add(tx, of, [("version", {"version": number, "cause": cause})], now)
         return maps.version_head(tx, of.id, number)
 

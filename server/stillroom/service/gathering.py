@@ -98,9 +98,9 @@ def _is_older(first: MissionRow, second: MissionRow) -> bool:
 
 
 def gather(database: Database, mission_id: int) -> Gathered:
-    with database.read() as tx:
-        mission = missions.get(tx, mission_id)
-        of = maps.get(tx, mission.map_id)
+    """What else is committed meanwhile does not matter: versions stay as they are, and a head that is another by then is noticed."""
+    with database.look() as tx:
+        mission, of, now = missions.with_map(tx, mission_id)
         meta = stored_meta(mission.meta)
         current = None if of.head is None else maps.version_at(tx, of.id, of.head)
         base = current
@@ -111,7 +111,6 @@ def gather(database: Database, mission_id: int) -> Gathered:
             to_base = motion_between(partial(frame_step, tx, of.id), current.number, base.number)
         parked = None if mission.placed_from is None else missions.get(tx, mission.placed_from)
         under = under_version(tx, current) if current is not None and parked is not None else None
-        now = clock.now(tx)
     return Gathered(mission, of, meta, current, base, to_base, parked, under, now)
 
 

@@ -48,7 +48,7 @@ class Intake:
 
     def _look(self) -> Unavailable | None:
         try:
-            with self.database().read() as tx:
+            with self.database().look() as tx:
                 found = lanes.backlog(tx, self.limits.missions)
         except Unavailable as error:
             return error

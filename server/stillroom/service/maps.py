@@ -122,25 +122,34 @@ def find_room(database: Database, robot_id: str, map_name: str, room_id: str) ->
 
 
 def find_map(tx: Transaction, robot_id: str, map_name: str) -> MapRow:
-    of = maps.by_name(tx, robot_id, map_name)
+    return _there(maps.by_name(tx, robot_id, map_name), robot_id, map_name)
+
+
+def find_in_force(tx: Transaction, robot_id: str, map_name: str) -> tuple[MapRow, int]:
+    of = find_map(tx, robot_id, map_name)
+    return of, _head(of)
+
+
+def _there(of: MapRow | None, robot_id: str, map_name: str) -> MapRow:
     if of is None:
         raise NotFound(f"{robot_id} has no map {map_name}.")
     return of
 
 
-def find_in_force(tx: Transaction, robot_id: str, map_name: str) -> tuple[MapRow, int]:
-    of = find_map(tx, robot_id, map_name)
+def _head(of: MapRow) -> int:
     if of.head is None:
-        raise NotFound(f"The map {map_name} of {robot_id} has no version yet: its first mission is not done.")
-    return of, of.head
+        raise NotFound(f"The map {of.name} of {of.robot_id} has no version yet: its first mission is not done.")
+    return of.head
 
 
 def find_version(
     database: Database, robot_id: str, map_name: str, number: int | None = None
 ) -> tuple[MapRow, VersionRow]:
-    with database.read() as tx:
-        of, head = find_in_force(tx, robot_id, map_name)
-        row = maps.version_at(tx, of.id, head if number is None else number)
+    with database.look() as tx:
+        found = maps.with_version(tx, robot_id, map_name, number)
+    found_map, row = found or (None, None)
+    of = _there(found_map, robot_id, map_name)
+    _head(of)
     if row is None:
         raise NotFound(f"The map {map_name} of {robot_id} has no version {number}.")
     return of, row

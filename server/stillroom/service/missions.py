@@ -15,9 +15,9 @@ from stillroom.store.rows import ConflictRow, MapRow, MissionRow
 
 
 def mission_by_id(database: Database, mission_id: int) -> api.MissionDocument:
-    with database.read() as tx:
-        row = missions.get(tx, mission_id)
-        return _documents(tx, maps.get(tx, row.map_id), [row])[0]
+    with database.look() as tx:
+        row, of, _ = missions.with_map(tx, mission_id)
+        return _documents(tx, of, [row])[0]
 
 
 def mission_by_key(database: Database, robot_id: str, map_name: str, key: str) -> api.MissionDocument:
@@ -70,8 +70,8 @@ def _documents(tx: Transaction, of: MapRow, rows: Sequence[MissionRow]) -> list[
     parked = [row.id for row in rows if row.outcome == "parked"]
     placed = missions.placements(tx, parked) if parked else {}
     floors = {row.id: row.name for row in maps.of_robots(tx, [of.robot_id])} if placed else {}
-    met = conflicts.of_missions(tx, [row.id for row in rows])
-    decided = conflicts.decided(tx, [row.id for row in rows if met[row.id]])
+    met = conflicts.of_missions(tx, [row.id for row in rows if row.status == "done"])
+    decided = conflicts.decided(tx, [mission_id for mission_id, keys in met.items() if keys])
     documents = []
     for row in rows:
         decision = None
@@ -79,7 +79,7 @@ def _documents(tx: Transaction, of: MapRow, rows: Sequence[MissionRow]) -> list[
             decision = _placement(placed[row.id], floors)
         elif row.id in decided:
             decision = _decision(of, row, decided[row.id])
-        documents.append(_document(of, row, met[row.id], decision))
+        documents.append(_document(of, row, met.get(row.id, ()), decision))
     return documents
 
 

@@ -21,10 +21,10 @@ from stillroom.service.candidates import Question, ask
 from stillroom.service.fleet.variants import Part, Variant, variant_for
 from stillroom.service.gathering import Gathered, Timings, carry_over, gather
 from stillroom.service.versions import new_version
-from stillroom.store import clock, events, lanes, maps, missions, rollouts
+from stillroom.store import events, lanes, maps, missions, rollouts
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
-from stillroom.store.rows import Json
+from stillroom.store.rows import Json, MapRow
 from stillroom.tracing import span
 
 log = structlog.get_logger()
@@ -105,7 +105,7 @@ def _carry(database: Database, grids: GridStore, claim: lanes.Claim, gathered: G
 
 
 def _variant(database: Database, gathered: Gathered, resolvers: Sequence[ResolverName]) -> Variant:
-    with database.read() as tx:
+    with database.look() as tx:
         return variant_for(tx, gathered.of.robot_id, resolvers)
 
 
@@ -174,17 +174,17 @@ def _commit(
     with database.write() as tx:
         if lanes.lock(tx, of.id) != claim.token:
             return True  # the lease ran out and another worker has the mission: what we found does not count
-        if maps.get(tx, of.id).head != of.head:
+        locked, now = maps.at_now(tx, of.id)
+        if locked.head != of.head:
             return False
-        now = clock.now(tx)
         taken = update is not None and update.taken and not gathered.is_late
         if update is not None and taken:
-            found = replace(found, version=_add_version(tx, gathered, variant, update, now))
+            found = replace(found, version=_add_version(tx, locked, gathered, variant, update, now))
+        elif gathered.parked is None:
+            maps.note_processed(tx, locked, mission.epoch, mission.sequence)
         missions.finish(tx, mission.id, found, now)
         if variant.part is not None:
             _note_part(tx, variant.part, gathered, found)
-        if gathered.parked is None:
-            maps.note_processed(tx, of.id, mission.epoch, mission.sequence)
         lanes.release(tx, of.id)
         data: Json = {"mission": mission.key, "version": found.version}
         version = [("version", data | {"cause": gathered.cause})] if taken else []
@@ -210,8 +210,10 @@ def _note_part(tx: Transaction, part: Part, gathered: Gathered, found: missions.
         rollouts.add_mission(tx, part.rollout_id, gathered.mission.id, part.stage, part.candidate, is_to_run)
 
 
-def _add_version(tx: Transaction, gathered: Gathered, variant: Variant, update: MapUpdate, now: datetime) -> int:
-    of, mission = gathered.of, gathered.mission
+def _add_version(
+    tx: Transaction, of: MapRow, gathered: Gathered, variant: Variant, update: MapUpdate, now: datetime
+) -> int:
+    mission = gathered.mission
     new = new_version(
         update.map,
         retired=update.retired,
@@ -224,7 +226,8 @@ def _add_version(tx: Transaction, gathered: Gathered, variant: Variant, update: 
         motion=encode_motion(update.motion),
         algorithm=variant.algorithm,
     )
-    return maps.add_version(tx, of.id, new, now)
+    newest = None if gathered.parked is not None else (mission.epoch, mission.sequence)
+    return maps.add_version(tx, of, new, now, newest)
 
 
 @contextmanager

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from stillroom.documents.grids import check_type, read_grid
 from stillroom.documents.missions import parse_meta
 from stillroom.errors import Forbidden, MissionConflict
-from stillroom.store import clock, erasing, lanes, maps, missions, robots
-from stillroom.store.database import Database
+from stillroom.store import erasing, lanes, maps, missions, robots
+from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
 
 
@@ -40,17 +40,22 @@ def receive(
     with database.write() as tx:
         erasing.hold_grids(tx, alone=False)
         row = maps.get_or_add(tx, robot_id, map_name)
+        new = missions.NewMission(row.id, key, said.epoch, said.sequence, grid_key, document, digest)
         lanes.lock(tx, row.id)
         sender = robots.get(tx, robot_id)  # looked up under the locks, which giving it up waits for, too
         if sender is None or sender.released_at is not None:
             raise Forbidden(f"{robot_id} was given up meanwhile.")
-        there = missions.by_key(tx, row.id, key)
-        if there is not None:
-            if (there.grid or grid_key, there.meta_digest) != (grid_key, digest):
-                raise MissionConflict(f"Mission {key} was uploaded before with another grid or other meta.")
-            return Received(row.id, there.id, made=False)
-        new = missions.NewMission(row.id, key, said.epoch, said.sequence, grid_key, document, digest)
-        mission_id = missions.add(tx, new, clock.now(tx))
+        mission_id = missions.add_unless_there(tx, new)
+        if mission_id is None:
+            return _received_before(tx, new)
         lanes.wake(tx, row.id)
     grids.keep(grid_key, content)
     return Received(row.id, mission_id, made=True)
+
+
+def _received_before(tx: Transaction, new: missions.NewMission) -> Received:
+    there = missions.by_key(tx, new.map_id, new.key)
+    assert there is not None  # the lane is locked
+    if (there.grid or new.grid, there.meta_digest) != (new.grid, new.meta_digest):
+        raise MissionConflict(f"Mission {new.key} was uploaded before with another grid or other meta.")
+    return Received(new.map_id, there.id, made=False)

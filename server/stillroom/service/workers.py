@@ -46,8 +46,12 @@ IDLE_S = 5.0
 """A worker that was not woken looks for work this often, in case a wake-up was lost."""
 AWAY_S = 1.0
 """So soon it looks again where database or grid store did not answer."""
+BESIDE_S = 5.0
+"""So often it looks for what may wait: missions that are run again, beside or in a replay."""
 SWEEP_S = 30.0
 """So late at most does a deadline take effect."""
+GATHER_S = 0.25
+"""So long the messenger waits for more to tell of: looking for each mission by itself would cost more than telling."""
 FORGET_S = 3600.0
 Job = tuple[Callable[..., None], tuple[Any, ...]]
 """What a process runs, and with what."""
@@ -67,7 +71,7 @@ def run_worker(
     """The whole life of a worker process."""
     _begin("stillroom work")
     database, grids = Database(database_url, partial(_pass_on, hints)), GridStore(grid_store)
-    swept = -SWEEP_S
+    swept, looked_beside = -SWEEP_S, -BESIDE_S
     while not _ended(alive):
         pause = IDLE_S
         try:
@@ -75,9 +79,11 @@ def run_worker(
                 swept = monotonic()
             if process_next(database, grids, resolvers) is not None:
                 continue
-            if run_next_beside(database, grids) or replaying.run_next(database, grids):
-                continue
-            pause = _until_next(database)
+            if monotonic() - looked_beside >= BESIDE_S:
+                if run_next_beside(database, grids) or replaying.run_next(database, grids):
+                    continue
+                looked_beside = monotonic()
+            pause = max(min(_until_next(database), looked_beside + BESIDE_S - monotonic()), 0.0)
         except Unavailable as error:
             log.warning("missions wait", detail=error.detail, cause=repr(error.__cause__))
             pause = AWAY_S
@@ -107,7 +113,8 @@ def run_messenger(
             pause = messenger.step()
         except Exception:
             log.exception("messages could not be looked at; they are again in a moment")
-        _rest((wake, free), alive, pause)
+        if wake in _rest((wake, free), alive, pause):
+            _rest((free,), alive, GATHER_S)
     messenger.close()
 
 
@@ -134,7 +141,7 @@ def _sweep(database: Database, grids: GridStore) -> bool:
 
 def _until_next(database: Database) -> float:
     """How long to rest: until a lease of another worker ends, if it then has not been renewed."""
-    with database.read() as tx:
+    with database.look() as tx:
         ready_in = lanes.seconds_to_next(tx)
     return IDLE_S if ready_in is None else min(max(ready_in, 0.05), IDLE_S)
 
@@ -162,13 +169,14 @@ def _ring(bell: Connection) -> None:
         os.write(bell.fileno(), b"\n")
 
 
-def _rest(bells: Sequence[Connection], alive: Connection, seconds: float) -> None:
-    """Until one of the bells rings; each is heard once, however often it rang."""
+def _rest(bells: Sequence[Connection], alive: Connection, seconds: float) -> Sequence[Connection]:
+    """Until one of the bells rings; those that did. Each is heard once, however often it rang."""
     readable, _, _ = select.select([*bells, alive], [], [], seconds)
-    for bell in bells:
-        if bell in readable:
-            with suppress(BlockingIOError):
-                os.read(bell.fileno(), 65536)
+    rang = [bell for bell in bells if bell in readable]
+    for bell in rang:
+        with suppress(BlockingIOError):
+            os.read(bell.fileno(), 65536)
+    return rang
 
 
 class Workers:

@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 import sqlalchemy as sa
 
 from stillroom.store.database import Transaction
+from stillroom.store.tables import UtcDateTime
 
 
 def now(tx: Transaction) -> datetime:
@@ -13,6 +14,13 @@ def now(tx: Transaction) -> datetime:
         return datetime.now(UTC)
     moment: datetime = tx.execute(sa.select(sa.func.clock_timestamp())).scalar_one()
     return moment.astimezone(UTC)
+
+
+def moment(tx: Transaction) -> sa.ColumnElement[datetime]:
+    """`now` inside of another query."""
+    if tx.dialect.name != "postgresql":
+        return sa.literal(datetime.now(UTC), UtcDateTime)
+    return sa.func.clock_timestamp(type_=UtcDateTime)
 
 
 def seconds(tx: Transaction) -> sa.ColumnElement[float]:

@@ -191,7 +191,7 @@ def of_missions(tx: Transaction, mission_ids: Sequence[int]) -> Mapping[int, Seq
         .order_by(sighting.c.id)
     )
     named: dict[int, list[str]] = {mission_id: [] for mission_id in mission_ids}
-    for mission_id, key in tx.execute(query):
+    for mission_id, key in tx.execute(query) if mission_ids else ():
         named[mission_id].append(key)
     return named
 

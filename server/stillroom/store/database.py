@@ -36,26 +36,32 @@ class Database:
         self.url = _with_driver(sa.make_url(url))
         self.is_postgresql = self.url.get_backend_name() == "postgresql"
         if self.is_postgresql:
-            engine: sa.Engine = _postgresql_engine(self.url)
             # All statements of a reader see one moment; writers lock first and then look, so each statement sees the newest.
-            self._reader: sa.Engine = engine.execution_options(
+            self._writer: sa.Engine = _postgresql_engine(self.url)
+            self._relaxed_writer: sa.Engine = self._writer
+            self._reader: sa.Engine = self._writer.execution_options(
                 isolation_level="REPEATABLE READ", postgresql_readonly=True
             )
-            self._writer: sa.Engine = engine.execution_options(isolation_level="READ COMMITTED")
-            self._relaxed_writer: sa.Engine = self._writer
-            self._notifier = engine.execution_options(isolation_level="AUTOCOMMIT")
+            self._looker: sa.Engine = self._writer.execution_options(isolation_level="AUTOCOMMIT")
         else:
             if self.url.database:
                 Path(self.url.database).parent.mkdir(parents=True, exist_ok=True)
             self._reader = _sqlite_engine(self.url, "BEGIN", "query_only=ON")
             self._writer = _sqlite_engine(self.url, "BEGIN IMMEDIATE", "synchronous=FULL")
             self._relaxed_writer = _sqlite_engine(self.url, "BEGIN IMMEDIATE", "synchronous=NORMAL")
+            self._looker = self._reader
         self._hear = hear
 
     @contextmanager
     def read(self) -> Iterator[Transaction]:
         """All statements see the same moment."""
         with _unavailable_when_busy(), self._reader.connect() as connection:
+            yield connection
+
+    @contextmanager
+    def look(self) -> Iterator[Transaction]:
+        """To read with one statement, or with some of which each may see another moment: a third of the way to the database and back."""
+        with _unavailable_when_busy(), self._looker.connect() as connection:
             yield connection
 
     @contextmanager
@@ -82,7 +88,7 @@ class Database:
             # Not inside of the transaction that it tells of: commits that notify wait for each other's disk, one after the other.
             notify = (sa.func.pg_notify(CHANNEL, encode(hint)) for hint in hints)
             query = sa.select(sa.func.set_config("synchronous_commit", "off", True), *notify)
-            with suppress(OperationalError, PoolTimeout), self._notifier.connect() as connection:
+            with suppress(OperationalError, PoolTimeout), self._looker.connect() as connection:
                 connection.execute(query)
 
     @contextmanager
@@ -137,7 +143,14 @@ def _sqlite_engine(url: sa.URL, begin: str, pragma: str) -> sa.Engine:
 
 def _postgresql_engine(url: sa.URL) -> sa.Engine:
     connect = {} if "connect_timeout" in url.query else {"connect_timeout": _CONNECT_S}
-    engine = sa.create_engine(url, pool_size=20, max_overflow=20, connect_args=connect)
+    engine = sa.create_engine(
+        url,
+        pool_size=20,
+        max_overflow=20,
+        connect_args=connect,
+        isolation_level="READ COMMITTED",
+        skip_autocommit_rollback=True,
+    )
 
     def prepare(connection: Any, _record: object) -> None:
         connection.execute(f"SET lock_timeout = {PATIENCE_MS}")

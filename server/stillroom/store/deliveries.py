@@ -12,6 +12,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from stillroom.store import clock
 from stillroom.store.database import Transaction, tell
 from stillroom.store.hints import Hint
 from stillroom.store.rows import DeliveryRow, Json, ReceiverRow, UntoldRow, as_row, as_row_or_none, columns
@@ -55,7 +56,9 @@ class Change:
 def post(tx: Transaction, event_ids: Sequence[int]) -> None:
     """Puts events into the outbox."""
     if event_ids:
-        tx.execute(sa.insert(outbox), [{"event_id": event_id} for event_id in event_ids])
+        # with RETURNING all go in one statement
+        made = sa.insert(outbox).returning(outbox.c.event_id)
+        tx.execute(made, [{"event_id": event_id} for event_id in event_ids])
 
 
 def is_any_untold(tx: Transaction) -> bool:
@@ -181,16 +184,16 @@ def give_up(tx: Transaction, receiver_id: int, reason: str, now: datetime) -> No
     tx.execute(sa.update(delivery).where(*waits).values(state="dead", reason=reason, finished_at=now, claim=None))
 
 
-def next_due(tx: Transaction) -> datetime | None:
-    """When something becomes due; None where nothing waits."""
+def next_due(tx: Transaction) -> tuple[datetime | None, datetime]:
+    """When something becomes due, None where nothing waits; and the time."""
     at = sa.case((receiver.c.resume_at > delivery.c.due_at, receiver.c.resume_at), else_=delivery.c.due_at)
     query = (
-        sa.select(sa.type_coerce(sa.func.min(at), delivery.c.due_at.type))
+        sa.select(sa.type_coerce(sa.func.min(at), delivery.c.due_at.type), clock.moment(tx))
         .join(receiver, receiver.c.id == delivery.c.receiver_id)
         .where(_waiting, receiver.c.ended_at.is_(None))
     )
-    moment: datetime | None = tx.execute(query).scalar()
-    return moment
+    due, now = tx.execute(query).one()
+    return due, now
 
 
 def page(tx: Transaction, receiver_id: int, before: int | None, limit: int) -> Sequence[DeliveryRow]:

@@ -30,12 +30,12 @@ def add(tx: Transaction, of: MapRow, happened: Sequence[Happened], now: datetime
     So their events are committed in the order of their ids, and who has seen one has missed none before it.
     """
     if tx.dialect.name == "postgresql":  # on SQLite there is one writer at a time
-        for person in robots.followers(tx, of.robot_id):
-            tx.execute(sa.select(sa.func.pg_advisory_xact_lock(sa.func.hashtextextended(person, _LOCK))))
+        person = robots.followers(of.robot_id).c.name
+        tx.execute(sa.select(sa.func.pg_advisory_xact_lock(sa.func.hashtextextended(person, _LOCK))))
     # Not as it was read before: the map's owner may have kept it when the robot was given up.
-    robot_id = tx.execute(sa.select(map_.c.robot_id).where(map_.c.id == of.id)).scalar_one()
-    same = {"robot_id": robot_id, "map_id": of.id, "created_at": now}
-    made = sa.insert(event).returning(event.c.id, sort_by_parameter_order=True)
+    robot_id = sa.select(map_.c.robot_id).where(map_.c.id == of.id).scalar_subquery()
+    made = sa.insert(event).values(robot_id=robot_id).returning(event.c.id, sort_by_parameter_order=True)
+    same = {"map_id": of.id, "created_at": now}
     rows = [same | {"kind": kind, "data": data} for kind, data in happened]
     numbers = tx.execute(made, rows).scalars().all()
     news = [number for number, (kind, _) in zip(numbers, happened, strict=True) if kind in NEWS]

@@ -47,23 +47,25 @@ def claim(database: Database) -> Claim | None:
 
     Not durable: where a power loss forgets the claim, the mission is simply claimed again.
     """
+    with database.look() as tx:  # workers are woken more often than there is something to do
+        if (seconds_to_next(tx) or 1) > 0:
+            return None
     token = uuid4().hex
     with database.write(durable=False) as tx:
         map_id = tx.execute(_take(tx, token)).scalar()
         if map_id is None:
             return None
-        mission_id = tx.execute(_next_mission(map_id)).scalar()
-        if mission_id is None:
-            tx.execute(sa.update(lane).where(lane.c.map_id == map_id).values(claim=None, ready_at=None))
-            return None
         begin = (
             sa.update(mission)
-            .where(mission.c.id == mission_id)
+            .where(mission.c.id == _next_mission(map_id).scalar_subquery())
             .values(status="processing", attempts=mission.c.attempts + 1)
-            .returning(mission.c.attempts)
+            .returning(mission.c.id, mission.c.attempts)
         )
-        attempts = tx.execute(begin).scalar_one()
-    return Claim(map_id, mission_id, attempts, token)
+        begun = tx.execute(begin).first()
+        if begun is None:
+            tx.execute(sa.update(lane).where(lane.c.map_id == map_id).values(claim=None, ready_at=None))
+            return None
+    return Claim(map_id, begun.id, begun.attempts, token)
 
 
 def renew(database: Database, held: Claim) -> None:
@@ -86,8 +88,8 @@ def hand_back(database: Database, held: Claim) -> None:
 
 def release(tx: Transaction, map_id: int) -> None:
     """Ends a claim: the lane is ready again where more missions wait. The lane must be locked."""
-    more = tx.execute(_next_mission(map_id)).scalar() is not None
-    ready_at = clock.seconds(tx) if more else None
+    more = _next_mission(map_id).exists()
+    ready_at = sa.case((more, clock.seconds(tx)), else_=None)
     tx.execute(sa.update(lane).where(lane.c.map_id == map_id).values(claim=None, ready_at=ready_at))
 
 

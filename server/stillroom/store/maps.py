@@ -3,13 +3,24 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Any
 
 import sqlalchemy as sa
 
 from stillroom.store import clock
 from stillroom.store.database import Transaction, insert_unless_there, upsert
 from stillroom.store.fleet_tables import unjudged
-from stillroom.store.rows import Json, MapRow, RoomRow, VersionHead, VersionRow, as_row, as_row_or_none, columns
+from stillroom.store.rows import (
+    Json,
+    MapRow,
+    RoomRow,
+    VersionHead,
+    VersionRow,
+    as_row,
+    as_row_or_none,
+    as_rows,
+    columns,
+)
 from stillroom.store.tables import lane, map_, robot, room, version
 
 BY_PEOPLE = ("edit", "restore", "decision")
@@ -34,6 +45,29 @@ def of_robots(tx: Transaction, robot_ids: Sequence[str]) -> Sequence[MapRow]:
     return [as_row(MapRow, row) for row in tx.execute(query)]
 
 
+def with_version(
+    tx: Transaction, robot_id: str, name: str, number: int | None = None
+) -> tuple[MapRow, VersionRow | None] | None:
+    """The map of that name, with the version in force or a given one, where it has that."""
+    wanted = map_.c.head if number is None else sa.literal(number)
+    query = (
+        _MAP.add_columns(*columns(version, VersionRow))
+        .outerjoin(version, sa.and_(version.c.map_id == map_.c.id, version.c.number == wanted))
+        .where(map_.c.robot_id == robot_id, map_.c.name == name)
+    )
+    found = tx.execute(query).first()
+    if found is None:
+        return None
+    of, row, _ = as_rows(found, MapRow, VersionRow)
+    return of, None if row.number is None else row  # of an outer join
+
+
+def at_now(tx: Transaction, map_id: int) -> tuple[MapRow, datetime]:
+    """The map, and the time."""
+    *values, now = tx.execute(_MAP.add_columns(clock.moment(tx)).where(map_.c.id == map_id)).one()
+    return MapRow(*values), now
+
+
 def get_or_add(tx: Transaction, robot_id: str, name: str) -> MapRow:
     """The map of that name with its lane, made where there is none."""
     found = by_name(tx, robot_id, name)
@@ -55,12 +89,15 @@ def change_settings(tx: Transaction, map_id: int, values: Mapping[str, str | int
     tx.execute(sa.update(map_).where(map_.c.id == map_id).values(**values))
 
 
-def note_processed(tx: Transaction, map_id: int, epoch: int, sequence: int) -> None:
-    """The newest mission that was processed; the lane must be locked."""
-    newer = sa.or_(
-        map_.c.epoch.is_(None), map_.c.epoch < epoch, sa.and_(map_.c.epoch == epoch, map_.c.sequence < sequence)
-    )
-    tx.execute(sa.update(map_).where(map_.c.id == map_id, newer).values(epoch=epoch, sequence=sequence))
+def note_processed(tx: Transaction, of: MapRow, epoch: int, sequence: int) -> None:
+    """The newest mission that was processed; `of`: as it is under the lane's lock."""
+    if is_newer(of, epoch, sequence):
+        tx.execute(sa.update(map_).where(map_.c.id == of.id).values(epoch=epoch, sequence=sequence))
+
+
+def is_newer(of: MapRow, epoch: int, sequence: int) -> bool:
+    """Than all missions that were processed."""
+    return of.epoch is None or of.sequence is None or (of.epoch, of.sequence) < (epoch, sequence)
 
 
 @dataclass(frozen=True)
@@ -81,8 +118,14 @@ class NewVersion:
     used_ids: Json
 
 
-def add_version(tx: Transaction, map_id: int, new: NewVersion, now: datetime) -> int:
-    """Adds a version after all others and puts it in force; the lane must be locked. Answers with its number."""
+def add_version(
+    tx: Transaction, of: MapRow, new: NewVersion, now: datetime, newest: tuple[int, int] | None = None
+) -> int:
+    """Adds a version after all others and puts it in force. Answers with its number.
+
+    `of`: as it is under the lane's lock; `newest`: epoch and sequence of the mission that was processed, as `note_processed` notes them.
+    """
+    map_id = of.id
     taken = sa.select(sa.func.coalesce(sa.func.max(version.c.number), 0)).where(version.c.map_id == map_id)
     added = (
         sa.insert(version)
@@ -106,18 +149,35 @@ def add_version(tx: Transaction, map_id: int, new: NewVersion, now: datetime) ->
     number: int = tx.execute(added).scalar_one()
     if new.cause in BY_PEOPLE:
         tx.execute(sa.insert(unjudged).values(map_id=map_id, number=number))
-    reserve_ids(tx, map_id, [new.used_ids])
-    tx.execute(sa.update(map_).where(map_.c.id == map_id).values(head=number))
-    ended = room.c.map_id == map_id, room.c.id.not_in([room_id for room_id, _, _ in new.rooms])
-    tx.execute(sa.update(room).where(*ended, room.c.retired.is_(False)).values(retired=True, survivor=None))
+    in_force: dict[str, Any] = {"head": number}
+    used = _used_ids(of.used_ids, [new.used_ids])
+    if used != of.used_ids:
+        in_force["used_ids"] = used
+    if newest is not None and is_newer(of, *newest):
+        in_force |= zip(("epoch", "sequence"), newest, strict=True)
+    tx.execute(sa.update(map_).where(map_.c.id == map_id).values(**in_force))
+    _follow_rooms(tx, map_id, new)
+    return number
+
+
+def _follow_rooms(tx: Transaction, map_id: int, new: NewVersion) -> None:
+    """Most versions have the rooms of the one before."""
+    query = sa.select(room.c.id, room.c.segment_id, room.c.name)
+    before = {tuple(row) for row in tx.execute(query.where(room.c.map_id == map_id, room.c.retired.is_(False)))}
+    living = {room_id for room_id, _, _ in new.rooms}
+    of_map = room.c.map_id == map_id
+    ended = {room_id for room_id, _, _ in before} - living
+    if ended:
+        tx.execute(sa.update(room).where(of_map, room.c.id.in_(ended)).values(retired=True, survivor=None))
     for room_id, survivor in new.retired.items():
-        tx.execute(sa.update(room).where(*ended, room.c.id == room_id).values(survivor=survivor))
-    living = [
+        if room_id not in living:
+            tx.execute(sa.update(room).where(of_map, room.c.id == room_id).values(survivor=survivor))
+    changed = [
         {"map_id": map_id, "id": room_id, "segment_id": segment, "name": name, "retired": False, "survivor": None}
         for room_id, segment, name in new.rooms
+        if (room_id, segment, name) not in before
     ]
-    upsert(tx, room, living)
-    return number
+    upsert(tx, room, changed)
 
 
 def reserve_ids(tx: Transaction, map_id: int, used: Sequence[Json]) -> None:
@@ -125,11 +185,16 @@ def reserve_ids(tx: Transaction, map_id: int, used: Sequence[Json]) -> None:
     if not used:
         return
     before = get(tx, map_id).used_ids
+    after = _used_ids(before, used)
+    if after != before:
+        tx.execute(sa.update(map_).where(map_.c.id == map_id).values(used_ids=after))
+
+
+def _used_ids(before: Json, used: Sequence[Json]) -> Json:
     after = dict(before)
     for counts in used:
         after |= {kind: max(count, after.get(kind, 0)) for kind, count in counts.items()}
-    if after != before:
-        tx.execute(sa.update(map_).where(map_.c.id == map_id).values(used_ids=after))
+    return after
 
 
 def version_head(tx: Transaction, map_id: int, number: int) -> VersionHead | None:

@@ -3,15 +3,19 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Any
 
 import sqlalchemy as sa
+from sqlalchemy.dialects import postgresql, sqlite
 
+from stillroom.store import clock
 from stillroom.store.database import Transaction, insert_unless_there
 from stillroom.store.fleet_tables import uncounted
-from stillroom.store.rows import Json, MissionRow, as_row, as_row_or_none, columns
+from stillroom.store.rows import Json, MapRow, MissionRow, as_row, as_row_or_none, as_rows, columns
 from stillroom.store.tables import map_, mission
 
 _MISSION = sa.select(*columns(mission, MissionRow))
+_WITH_MAP = _MISSION.add_columns(*columns(map_, MapRow)).join(map_, map_.c.id == mission.c.map_id)
 
 
 @dataclass(frozen=True)
@@ -44,13 +48,31 @@ class Finding:
 
 
 def add(tx: Transaction, new: NewMission, now: datetime) -> int:
-    values = vars(new) | {"status": "queued", "attempts": 0, "received_at": now}
-    made: int = tx.execute(sa.insert(mission).values(values).returning(mission.c.id)).scalar_one()
+    made: int = tx.execute(sa.insert(mission).values(_values(new, now)).returning(mission.c.id)).scalar_one()
     return made
+
+
+def add_unless_there(tx: Transaction, new: NewMission) -> int | None:
+    """Its number, received now; None where the map has one of that id."""
+    insert = (postgresql if tx.dialect.name == "postgresql" else sqlite).insert(mission)
+    added = insert.values(_values(new, clock.moment(tx))).on_conflict_do_nothing().returning(mission.c.id)
+    made: int | None = tx.execute(added).scalar()
+    return made
+
+
+def _values(new: NewMission, received_at: datetime | sa.ColumnElement[datetime]) -> dict[str, Any]:
+    return vars(new) | {"status": "queued", "attempts": 0, "received_at": received_at}
 
 
 def get(tx: Transaction, mission_id: int) -> MissionRow:
     return as_row(MissionRow, tx.execute(_MISSION.where(mission.c.id == mission_id)).one())
+
+
+def with_map(tx: Transaction, mission_id: int) -> tuple[MissionRow, MapRow, datetime]:
+    """With the map that it is of, and the time."""
+    query = _WITH_MAP.add_columns(clock.moment(tx)).where(mission.c.id == mission_id)
+    row, of, (now,) = as_rows(tx.execute(query).one(), MissionRow, MapRow)
+    return row, of, now
 
 
 def by_key(tx: Transaction, map_id: int, key: str) -> MissionRow | None:

@@ -126,11 +126,11 @@ def map_ids(tx: Transaction, robot_id: str) -> Sequence[int]:
     return tx.execute(sa.select(map_.c.id).where(map_.c.robot_id == robot_id).order_by(map_.c.id)).scalars().all()
 
 
-def followers(tx: Transaction, robot_id: str) -> Sequence[str]:
+def followers(robot_id: str) -> sa.Subquery:
     """All whose streams of events show the robot, by name, in a fixed order; "" is whoever looks after what is nobody's."""
-    owner = tx.execute(sa.select(robot.c.owner).where(robot.c.id == robot_id)).scalar()
-    if owner is None:
-        operators = sa.select(account.c.email).where(account.c.duty == "operator")
-        return sorted({"", *tx.execute(operators).scalars()})
-    members = sa.select(membership.c.email).where(membership.c.home == owner)
-    return sorted({owner, *tx.execute(members).scalars()})
+    this = robot.c.id == robot_id
+    owner = sa.select(sa.func.coalesce(robot.c.owner, "").label("name")).where(this)
+    members = sa.select(membership.c.email).join(robot, robot.c.owner == membership.c.home).where(this)
+    nobodys = sa.exists(sa.select(robot.c.id).where(this, robot.c.owner.is_(None)))
+    operators = sa.select(account.c.email).where(account.c.duty == "operator", nobodys)
+    return sa.union(owner, members, operators).order_by("name").subquery()

@@ -1,5 +1,6 @@
 """Rows as values."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from datetime import datetime
 from typing import Any, TypeVar
@@ -221,6 +222,7 @@ class DeliveryRow:
 
 
 RowT = TypeVar("RowT")
+OtherT = TypeVar("OtherT")
 
 
 def columns(table: sa.Table, kind: type[Any], *without: str) -> list[sa.Column[Any]]:
@@ -230,6 +232,13 @@ def columns(table: sa.Table, kind: type[Any], *without: str) -> list[sa.Column[A
 
 def as_row(kind: type[RowT], row: Any) -> RowT:
     return kind(**row._mapping)
+
+
+def as_rows(row: Sequence[Any], first: type[RowT], second: type[OtherT]) -> tuple[RowT, OtherT, Sequence[Any]]:
+    """One after the other as `columns` gives them, and what is left."""
+    middle = len(fields(first))  # type: ignore[arg-type]
+    end = middle + len(fields(second))  # type: ignore[arg-type]
+    return first(*row[:middle]), second(*row[middle:end]), row[end:]
 
 
 def as_row_or_none(kind: type[RowT], row: Any) -> RowT | None:

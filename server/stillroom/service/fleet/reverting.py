@@ -113,7 +113,7 @@ def _revert(database: Database, caller: Principal, row: RolloutRow, of: MapRow) 
             motion=None,
         )
         now = clock.now(tx)
-        number = maps.add_version(tx, of.id, new, now)
+        number = maps.add_version(tx, of, new, now)
         events.add(tx, of, [("version", {"version": number, "cause": "rollback"})], now)
     return Reverted(robot=of.robot_id, map=of.name, version=number, back_to=before.number, kept=len(change.edits))
 

@@ -10,7 +10,7 @@ from stillroom.store.rollouts import Beside
 
 def run_next_beside(database: Database, grids: GridStore) -> bool:
     """Whether there was one to run. Nobody's map is touched."""
-    with database.read() as tx:
+    with database.look() as tx:
         if not rollouts.is_any_to_run(tx):
             return False
     with database.write(durable=False) as tx:

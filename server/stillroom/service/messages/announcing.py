@@ -26,7 +26,7 @@ log = structlog.get_logger()
 
 def announce(database: Database, public_url: str) -> int:
     """Tells of up to 100 events, the oldest first; how many there were."""
-    with database.read() as tx:
+    with database.look() as tx:
         if not deliveries.is_any_untold(tx):
             return 0
     with database.write(durable=False) as tx:

@@ -63,8 +63,8 @@ class Messenger:
         self._under_way = {future: channel for future, channel in self._under_way.items() if not future.done()}
         busy = Counter(self._under_way.values())
         room = {channel: most - busy[channel] for channel, most in AT_ONCE.items() if busy[channel] < most}
-        with self._database.read() as tx:
-            due, now = deliveries.next_due(tx), clock.now(tx)
+        with self._database.look() as tx:
+            due, now = deliveries.next_due(tx)
         if due is None or due > now:
             return IDLE_S if due is None else min((due - now).total_seconds(), IDLE_S)
         with self._database.write(durable=False) as tx:
