@@ -39,7 +39,9 @@ def tidy_up(edit: Edit, home: Home, distortion: Distortion) -> tuple[str, ...]:
     steps: list[list[Step]] = [
         [partial(part, door, distortion, shapes, more) for more in _LONGER_M] for door in home.doors
     ]
-    views = [carried(view, distortion.apply) for window in home.windows for view in window.view.geoms]
+    views = [
+        shapely.make_valid(carried(view, distortion.apply)) for window in home.windows for view in window.view.geoms
+    ]
     steps += [[partial(not_a_place, view)] for view in views]
     steps += [[partial(join, name, shapes)] for name in shapes]
     steps += [[drop_scraps], [partial(name_rooms, shapes)], [drop_scraps]]
