@@ -27,7 +27,7 @@ check: setup  ## format, lint, types, import contracts, web checks: everything b
 test: check browser  ## everything that must hold
 	$(BIN)/pytest --numprocesses 2 --dist loadgroup
 
-fuzz: setup  ## ask the whole API, and feed every reader, with what nobody sends by mistake, for 10 minutes each
+fuzz: setup  ## ask the whole API, and feed every reader and archives, with what nobody sends by mistake, for 10 minutes each
 	STILLROOM_FUZZ_S=600 $(BIN)/pytest tests/fuzz
 
 audit: setup  ## known holes of dependencies; asks the registries' advisory services, and fails where they do not answer
