@@ -6,11 +6,11 @@ from typing import Any
 
 import httpx2
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from tests.e2e.conftest import OpenPage, Robot
 from tests.e2e.drawing import choose, rooms, save, start_editing
-from tests.e2e.looking import map_of, shown
+from tests.e2e.looking import eventually, map_of, shown
 from tests.homes import home
 
 Keep = Callable[[Page, str], None]
@@ -223,6 +223,29 @@ def test_the_list_of_rooms_divides_names_pins_and_merges_without_the_map(
     expect(rooms(page)).to_have_count(2)
     save(page, 4)
     assert len(features(stored(mapped), "room")) == 2
+
+
+def test_what_is_being_typed_stays_when_the_service_names_what_was_drawn(mapped: Robot, open_page: OpenPage) -> None:
+    page = open_page(mapped.page)
+    start_editing(page)
+    page.get_by_role("button", name="Kitchen 15").click()
+    held: list[Route] = []
+    page.route("**/edits?dry_run=true", lambda route: held.append(route))
+    page.get_by_role("button", name="Divide here").click()
+    expect(rooms(page)).to_have_count(3)
+    page.get_by_role("button", name=re.compile("^Kitchen 2 ")).click()
+    field = page.get_by_role("textbox", name="Name")
+    field.fill("Pant")
+    eventually(page, lambda: len(held) == 1)
+    with page.expect_response("**/edits?dry_run=true"):
+        held[0].continue_()
+    page.unroute("**/edits?dry_run=true")
+    expect(page.get_by_role("button", name="Kitchen / Kitchen 2")).to_be_visible()  # only the service knows that
+    expect(field).to_be_focused()
+    field.press_sequentially("ry")
+    field.press("Enter")
+    expect(page.get_by_role("button", name=re.compile("^Pantry"))).to_be_visible()
+    expect(field).to_have_value("Pantry")
 
 
 def test_what_is_drawn_without_a_network_is_saved_when_it_is_back_onto_what_the_robot_sent_meanwhile(

@@ -80,11 +80,18 @@ export function EditPanel(props: EditPanelProps) {
 
 function Lists(props: EditPanelProps) {
   const { session, view } = props;
+  const keyOf = ({ id }: { readonly id: string }) => props.state.keys.get(id) ?? id;
   return (
     <>
       <Section title={editorTexts.lists.rooms}>
         {view.rooms.map((room) => (
-          <Item key={room.id} of={{ sort: "room", id: room.id }} name={room.name} aside={area(room.area)} {...props}>
+          <Item
+            key={keyOf(room)}
+            of={{ sort: "room", id: room.id }}
+            name={room.name}
+            aside={area(room.area)}
+            {...props}
+          >
             <RoomForm room={room} {...props} />
           </Item>
         ))}
@@ -92,7 +99,7 @@ function Lists(props: EditPanelProps) {
       <Section title={editorTexts.lists.dividers} none={editorTexts.none.dividers}>
         {view.dividers.map((divider) => (
           <Item
-            key={divider.id}
+            key={keyOf(divider)}
             of={{ sort: "divider", id: divider.id }}
             name={editorTexts.divider.between(namesOf(view, divider.properties.rooms))}
             aside={editorTexts.divider[divider.properties.kind]}
@@ -106,7 +113,7 @@ function Lists(props: EditPanelProps) {
         <Section title={editorTexts.lists.repairs}>
           {view.metaDividers.map((repair) => (
             <Item
-              key={repair.id}
+              key={keyOf(repair)}
               of={{ sort: "meta_divider", id: repair.id }}
               name={editorTexts.divider.between(namesOf(view, repair.properties.rooms))}
               {...props}
@@ -121,7 +128,7 @@ function Lists(props: EditPanelProps) {
       <Section title={editorTexts.lists.zones} none={editorTexts.none.zones}>
         {view.restrictions.map((zone) => (
           <Item
-            key={zone.id}
+            key={keyOf(zone)}
             of={{ sort: "restriction", id: zone.id }}
             name={editorTexts.zone[zone.properties.kind]}
             aside={zone.properties.placement === "unplaced" ? editorTexts.zone.unplaced : zone.id}
@@ -135,7 +142,7 @@ function Lists(props: EditPanelProps) {
         <Section title={editorTexts.lists.phantoms}>
           {view.phantoms.map((phantom) => (
             <Item
-              key={phantom.id}
+              key={keyOf(phantom)}
               of={{ sort: "phantom", id: phantom.id }}
               name={editorTexts.phantom}
               aside={phantom.id}

@@ -18,6 +18,7 @@ import classes from "./Editor.module.css";
 import { EditPanel } from "./EditPanel";
 import { Hint } from "./Hint";
 import { openKeeper } from "./keeping";
+import { idOf } from "./keys";
 import { hintOf, SensitivityPanel } from "./SensitivityPanel";
 import { ShortcutSheet } from "./ShortcutSheet";
 import { isUntouched } from "./sensitivity";
@@ -77,14 +78,20 @@ function useSession({ robot, map, head }: EditorProps): EditSession | null {
 
 function Editing({ robot, map, title, onDone, session }: EditorProps & { readonly session: EditSession }) {
   const state = useSyncExternalStore(session.subscribe, session.get);
-  const { document, made } = state;
+  const { document, made, keys } = state;
   const sensitivity = useSensitivity({ robot, map }, state, session);
   const shown = sensitivity.document ?? document;
   const view = useMemo(() => viewMap(shown), [shown]);
   const [chosen, setChosen] = useState<Tool>("select");
   const tool = sensitivity.isTrying ? "select" : chosen;
-  const [picked, select] = useState<Selection>(null);
-  const selection = sensitivity.isTrying ? null : picked;
+  const [picked, setPicked] = useState<{ readonly sort: NonNullable<Selection>["sort"]; readonly key: string } | null>(
+    null,
+  );
+  const pickedId = picked && idOf(picked.key, keys);
+  const selection = useMemo(
+    () => (sensitivity.isTrying || !picked || pickedId === null ? null : { sort: picked.sort, id: pickedId }),
+    [sensitivity.isTrying, picked, pickedId],
+  );
   const [drawing] = useState(() => new DrawingState());
   const [homeMap, setHomeMap] = useState<HomeMap | null>(null);
   const [sheet, setSheet] = useState(false);
@@ -94,6 +101,8 @@ function Editing({ robot, map, title, onDone, session }: EditorProps & { readonl
     sensitivity.leave();
     setChosen(wanted);
   };
+
+  const select = (what: Selection) => setPicked(what && { sort: what.sort, key: keys.get(what.id) ?? what.id });
 
   const refOf = useCallback(
     (id: string): edits.Ref => {

@@ -7,6 +7,7 @@ import { applyFix, indexOfMade, type Operation, type Operations } from "../map/o
 import { project } from "../map/project";
 import { type Answer, type Preview, previewEdit, type Refused, type Stale, saveEdit, undoVersion } from "./calls";
 import type { Keeper } from "./keeping";
+import { type Keys, keysOf } from "./keys";
 
 const RETRY_MS = 4_000;
 const MOST_MERGES = 5;
@@ -34,6 +35,7 @@ export interface Editing {
   readonly clash: Stale | null;
   readonly standing: Standing;
   readonly reachable: boolean;
+  readonly keys: Keys;
   /** Ids of the features that are there without the draft. */
   readonly known: ReadonlySet<string>;
   /** The version that was saved last from here. */
@@ -65,6 +67,7 @@ export class EditSession {
       draft: drafts.isDirty(draft) ? draft : drafts.rebased(draft, { base: head.version, operations: [] }),
       document: head,
       made: [],
+      keys: new Map(head.features.map(({ id }) => [id, id])),
       problems: [],
       refusal: null,
       clash: null,
@@ -305,7 +308,7 @@ export class EditSession {
             ? "unsaved"
             : "clean";
     const known = new Set(this.head.features.map(({ id }) => id));
-    this.state = { ...next, ...shown, standing, known };
+    this.state = { ...next, ...shown, keys: keysOf(shown, this.state), standing, known };
     this.keeper.keep(draft);
     for (const listener of this.listeners) listener();
   }
