@@ -32,8 +32,13 @@ from tests import object_store, postgresql
 from tests.conflicts import Core
 from tests.homes import ORIGIN, RESOLUTION, Image, home, png
 
-# how fast the machine is, is not under test; CI asks the same questions every time, people ask new ones
-hypothesis.settings.register_profile("stillroom", deadline=None, derandomize="CI" in os.environ)
+# How fast the machine is, is not under test. The same questions are asked every time; `make fuzz` asks new ones.
+hypothesis.settings.register_profile(
+    "stillroom",
+    deadline=None,
+    derandomize="STILLROOM_FUZZ_S" not in os.environ,
+    suppress_health_check=[hypothesis.HealthCheck.too_slow],
+)
 hypothesis.settings.load_profile("stillroom")
 
 ADMIN_TOKEN = "operator-of-the-tests"

@@ -46,7 +46,7 @@ def operation(order: str, line: Line, i: int, j: int, semantic_map: SemanticMap)
     return operations[order]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(st.lists(orders, min_size=1, max_size=3), min_size=1, max_size=8))
 def test_any_edits_keep_every_constraint_the_area_and_never_reuse_an_id(
     batches: list[list[tuple[str, Line, int, int]]],

@@ -65,7 +65,7 @@ def test_after_two_hundred_missions_a_map_has_the_rooms_it_began_with() -> None:
     assert_as_it_began(life, most_m=0.15)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(st.integers(0, 2**32), st.floats(0.03, 0.05), st.floats(0, 0.15))
 def test_no_error_adds_up_whatever_the_noise(seed: int, noise_m: float, ragged: float) -> None:
     # anywhere in a doorway 0.4 m deep, give or take two cells of ragged doorposts

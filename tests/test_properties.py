@@ -4,7 +4,7 @@ import copy
 
 import numpy as np
 import shapely
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stillroom.maps.constraints import violations
@@ -22,7 +22,7 @@ from tests.grids import any_grid
 from tests.missions import mission, random_pose, sense, track_all
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=150)
 @given(any_grid())
 def test_a_map_created_from_any_grid_keeps_every_constraint(grid: OccupancyGrid) -> None:
     semantic_map = create_map(grid, "1", Ids())
@@ -32,7 +32,7 @@ def test_a_map_created_from_any_grid_keeps_every_constraint(grid: OccupancyGrid)
     assert len(set(ids)) == len(ids)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60)
 @given(any_grid(50), any_grid(50), st.integers(0, 2**32), st.sampled_from(["same", "sensed", "other"]), st.booleans())
 def test_an_update_with_any_grid_is_taken_whole_and_valid_or_not_at_all(
     first: OccupancyGrid, other: OccupancyGrid, seed: int, kind: str, tracked: bool
@@ -75,7 +75,7 @@ FOUR = create_map(FOUR_ROOMS.grid, "0", Ids())
 places = st.tuples(st.floats(0.2, 8.0), st.floats(0.2, 4.4), st.floats(0.2, 2.0), st.floats(0.2, 2.0))
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=40)
 @given(
     st.lists(st.tuples(places, st.sampled_from(list(Cell))), min_size=1, max_size=4),
     st.integers(0, 2**32),

@@ -88,7 +88,7 @@ def test_what_a_phantom_leaves_of_a_room_goes_with_it_and_no_mission_looks_for_i
 place = st.tuples(st.floats(0.0, 6.0).map(lambda x: round(x, 2)), st.floats(0.0, 2.2).map(lambda y: round(y, 2)))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(place, min_size=3, max_size=6))
 def test_whatever_is_marked_the_map_stays_valid_or_the_edit_is_refused(ring: list[tuple[float, float]]) -> None:
     try:

@@ -43,7 +43,7 @@ def homes(database: Database) -> Fleet:
 
 
 @given(done=st.lists(MISSIONS, max_size=20), batch=st.integers(1, 7))
-@settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 def test_the_figures_equal_a_plain_recomputation(
     database: Database, database_url: str, done: list[Done], batch: int
 ) -> None:
