@@ -48,7 +48,8 @@ def claim(database: Database) -> Claim | None:
     Not durable: where a power loss forgets the claim, the mission is simply claimed again.
     """
     with database.look() as tx:  # workers are woken more often than there is something to do
-        if (seconds_to_next(tx) or 1) > 0:
+        ready_in = seconds_to_next(tx)
+        if ready_in is None or ready_in > 0:
             return None
     token = uuid4().hex
     with database.write(durable=False) as tx:
