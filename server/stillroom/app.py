@@ -34,7 +34,7 @@ from stillroom.api import (
     webhooks,
 )
 from stillroom.api.body_limit import BodyLimit
-from stillroom.api.context import Parts
+from stillroom.api.context import Parts, sound_query
 from stillroom.api.intake import IntakeGate
 from stillroom.api.protection import FairShare, SecurityHeaders
 from stillroom.api.request_log import RequestLog
@@ -98,7 +98,9 @@ def create_app(settings: Settings, signals: Signals | None = None, static: Path 
         health,
         problems,
     ):
-        app.include_router(part.router, dependencies=[Depends(privacy.noted)] if part in NOTED else None)
+        app.include_router(
+            part.router, dependencies=[Depends(sound_query), *([Depends(privacy.noted)] if part in NOTED else [])]
+        )
     schema.install(app)
     app.include_router(web.router)  # last: it takes every path that is left
     return app

@@ -148,6 +148,12 @@ def allowed(action: Action) -> Callable[..., Awaitable[None]]:
     return check
 
 
+async def sound_query(request: Request) -> None:
+    """Raises InvalidInput for what no text of a database can be."""
+    if b"%00" in request.scope["query_string"]:
+        raise InvalidInput("A query can't hold a NUL.", (Fault("", "%00"),))
+
+
 def may(action: Action) -> Callable[..., Awaitable[None]]:
     """A dependency that lets only those pass who may do `action` in this service."""
 

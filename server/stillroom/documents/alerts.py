@@ -9,7 +9,7 @@ from stillroom.documents.fleet import Range, Size
 from stillroom.documents.geojson import Document
 from stillroom.documents.rollouts import Measure
 
-Values = Annotated[list[Annotated[str, Field(max_length=100)]], Field(max_length=50)]
+Values = Annotated[list[Annotated[str, Field(max_length=100, pattern=r"^[^\x00-\x1f\x7f]*$")]], Field(max_length=50)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 

@@ -121,7 +121,7 @@ class DecisionRequest(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     response: Response
-    proposal: Annotated[str, Field(min_length=1, max_length=16)] | None = None
+    proposal: Annotated[str, Field(min_length=1, max_length=16, pattern=r"^[^\x00-\x1f\x7f]*$")] | None = None
     """The one to accept; the recommended one where this is missing."""
     dividers: Annotated[list[tuple[Position, Position]], Field(max_length=100)] = []
     """The owner's own lines, for `annotate`."""

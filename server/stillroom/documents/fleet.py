@@ -171,7 +171,7 @@ class Mute(Document):
     """Leaves a cause out of what is alerted about; until then, or for good."""
 
     until: datetime | None = None
-    note: Annotated[str, Field(max_length=500)] = ""
+    note: Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f]*$")] = ""
 
 
 class UnprocessedMission(Document):

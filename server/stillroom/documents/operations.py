@@ -10,8 +10,10 @@ from stillroom.maps.semantics import DividerKind, RestrictionKind, RoomKind
 from stillroom.pipeline import edits
 
 LineDocument = tuple[Position, Position]
-FeatureId = Annotated[str, Field(min_length=1, max_length=64)]
-Name = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f\x7f]*\S[^\x00-\x1f\x7f]*$")]
+FeatureId = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f\x7f]*$")]
+Name = Annotated[
+    str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f\x7f]*[^\s\x00-\x1f\x7f][^\x00-\x1f\x7f]*$")
+]
 Shape = Annotated[list[Position], Field(min_length=2, max_length=1000)]
 
 

@@ -36,7 +36,9 @@ class NewReplay(BaseModel):
     since: AwareDatetime | None = None
     """Missions that were processed from then on."""
     until: AwareDatetime | None = None
-    robots: Annotated[list[Annotated[str, Field(max_length=64)]], Field(max_length=1000)] = []
+    robots: Annotated[
+        list[Annotated[str, Field(max_length=64, pattern=r"^[^\x00-\x1f\x7f]*$")]], Field(max_length=1000)
+    ] = []
     """These alone; none: all."""
 
 
