@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from shapely import MultiPolygon, Polygon
 
 from stillroom.maps.geometry import Line, Pose, as_line, as_points
-from stillroom.pipeline.dividers import Adrift, Attached, attach
+from stillroom.pipeline.dividers import Adrift, Attached, Outline, attach
 from tests.drawing import rectangle
 
 REACH_M = 0.5
@@ -20,7 +20,7 @@ TWO_ROOMS = MultiPolygon([rectangle(0, 0, 3.9, 4).union(rectangle(3.9, 1, 4.1, 2
 
 
 def attached(line: Line, floor: MultiPolygon = HALL, others: tuple[Line, ...] = ()) -> Line:
-    found = attach(line, floor, others, REACH_M)
+    found = attach(line, Outline(floor), others, REACH_M)
     assert isinstance(found, Attached), found
     return found.line
 
@@ -69,7 +69,7 @@ def test_an_end_stops_at_the_first_divider_within_reach() -> None:
     ],
 )
 def test_an_end_out_of_reach_is_named_with_its_distance(line: Line, end: int, gap: float) -> None:
-    found = attach(line, HALL, (), REACH_M)
+    found = attach(line, Outline(HALL), (), REACH_M)
     assert isinstance(found, Adrift)
     assert found.end == end
     assert found.gap_m == pytest.approx(gap, abs=0.001)
@@ -80,15 +80,15 @@ def test_just_within_reach_is_attached() -> None:
 
 
 def test_a_divider_outside_the_home_is_refused() -> None:
-    assert isinstance(attach(((20.0, 0.0), (20.0, 4.0)), HALL, (), REACH_M), Adrift)
+    assert isinstance(attach(((20.0, 0.0), (20.0, 4.0)), Outline(HALL), (), REACH_M), Adrift)
 
 
 def test_a_divider_on_no_floor_is_refused() -> None:
-    assert isinstance(attach(((0.0, 0.0), (1.0, 0.0)), MultiPolygon(), (), REACH_M), Adrift)
+    assert isinstance(attach(((0.0, 0.0), (1.0, 0.0)), Outline(MultiPolygon()), (), REACH_M), Adrift)
 
 
 def test_a_divider_without_length_is_refused() -> None:
-    assert isinstance(attach(((3.0, 0.0), (3.0, 0.0)), HALL, (), REACH_M), Adrift)
+    assert isinstance(attach(((3.0, 0.0), (3.0, 0.0)), Outline(HALL), (), REACH_M), Adrift)
 
 
 inside = st.tuples(st.floats(0.05, 7.95), st.floats(0.05, 3.95))
@@ -99,7 +99,7 @@ anywhere = st.tuples(st.floats(-2, 10), st.floats(-2, 6))
 def test_what_is_attached_ends_on_walls_and_both_ends_moved_no_further_than_reach(
     a: tuple[float, float], b: tuple[float, float]
 ) -> None:
-    found = attach((a, b), TWO_ROOMS, (), REACH_M)
+    found = attach((a, b), Outline(TWO_ROOMS), (), REACH_M)
     if isinstance(found, Adrift):
         return
     ends = as_points(found.line)
@@ -115,8 +115,8 @@ def test_attaching_does_not_depend_on_how_the_home_is_turned(
 ) -> None:
     turn = Pose(yaw=yaw)
     turned: MultiPolygon = shapely.transform(HALL, turn.apply)
-    there = attach(as_line(turn.apply(as_points((a, b)))), turned, (), REACH_M)
-    here = attach((a, b), HALL, (), REACH_M)
+    there = attach(as_line(turn.apply(as_points((a, b)))), Outline(turned), (), REACH_M)
+    here = attach((a, b), Outline(HALL), (), REACH_M)
     if type(there) is not type(here):
         # a line that runs a few millimetres beside a wall divides something, or nothing, by the last digit
         found, floor = (here, HALL) if isinstance(here, Attached) else (there, turned)
@@ -139,10 +139,10 @@ def test_an_end_that_reaches_past_a_wall_into_the_next_room_is_cut_back() -> Non
 
 @given(inside, inside)
 def test_attaching_again_changes_nothing(a: tuple[float, float], b: tuple[float, float]) -> None:
-    found = attach((a, b), TWO_ROOMS, (), REACH_M)
+    found = attach((a, b), Outline(TWO_ROOMS), (), REACH_M)
     if isinstance(found, Attached):
         assert_allclose(attached(found.line, TWO_ROOMS), found.line, atol=0.003)
 
 
 def test_a_divider_wholly_in_a_wall_is_refused() -> None:
-    assert isinstance(attach(((4.0, 2.5), (4.0, 3.5)), TWO_ROOMS, (), REACH_M), Adrift)
+    assert isinstance(attach(((4.0, 2.5), (4.0, 3.5)), Outline(TWO_ROOMS), (), REACH_M), Adrift)

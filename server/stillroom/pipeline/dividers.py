@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely import LineString, MultiPolygon
 
-from stillroom.maps.geometry import GRID_M, Line, Points, as_line, as_points
+from stillroom.maps.geometry import GRID_M, Line, Points, as_line, as_points, line_strings
 
 Numbers = npt.NDArray[np.float64]
 
@@ -41,8 +42,47 @@ class Adrift:
     gap_m: float
 
 
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """A floor, and what its outline has for all dividers that end on it."""
+
+    floor: MultiPolygon
+
+    def barriers(self, others: Sequence[Line]) -> shapely.Geometry:
+        """What dividers end on: the outline and other dividers."""
+        return shapely.multilinestrings(np.concatenate([self._rings, line_strings(others)]))
+
+    @cached_property
+    def boundary(self) -> shapely.Geometry:
+        return shapely.boundary(self.floor)
+
+    @cached_property
+    def doorposts(self) -> Numbers:
+        """Edges of the outline, (n, 2, 2), as short as a wall is thick, between two corners that stick into the floor."""
+        found = []
+        for ring in shapely.get_rings(shapely.get_parts(shapely.orient_polygons(self.floor))):
+            points = shapely.get_coordinates(ring)[:-1]
+            out = np.roll(points, -1, axis=0) - points
+            into = np.roll(out, 1, axis=0)
+            turn = np.arctan2(into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0], (into * out).sum(1))
+            sticks_in = turn < -CORNER
+            post = sticks_in & np.roll(sticks_in, -1) & (np.hypot(*out.T) < THICKEST_WALL_M)
+            found.append(np.stack([points, points + out], 1)[post])
+        return np.concatenate(found)
+
+    @cached_property
+    def tree(self) -> shapely.STRtree:
+        """Of the doorposts."""
+        return shapely.STRtree(shapely.linestrings(self.doorposts))
+
+    @cached_property
+    def _rings(self) -> npt.NDArray[np.object_]:
+        points, ring = shapely.get_coordinates(shapely.get_rings(shapely.get_parts(self.floor)), return_index=True)
+        return np.asarray(shapely.linestrings(points, indices=ring))
+
+
 def attach(
-    line: Line, floor: MultiPolygon, others: Sequence[Line], reach_m: float, tracked: bool = False
+    line: Line, outline: Outline, others: Sequence[Line], reach_m: float, tracked: bool = False
 ) -> Attached | Adrift:
     """Moves each end to the first wall or divider along the divider's own line within `reach_m`, else to the nearest one within it.
 
@@ -53,12 +93,11 @@ def attach(
     ends = as_points(line)
     along = ends[1] - ends[0]
     length = float(np.hypot(*along))
-    if length < TOUCH_M or floor.is_empty:
+    if length < TOUCH_M or outline.floor.is_empty:
         return Adrift(0, 0.0)
     along = along / length
-    rings = shapely.get_rings(shapely.get_parts(floor))
     reach_m += GRID_M
-    barriers = shapely.multilinestrings([*map(LineString, rings), *(LineString(other) for other in others)])
+    barriers = outline.barriers(others)
     stations = _crossings(ends[0], along, length, barriers, reach_m)
     moved = ends.copy()
     for end, (at, inward) in enumerate(((0.0, 1.0), (length, -1.0))):
@@ -73,7 +112,9 @@ def attach(
             return Adrift(end, gap)
     placed = as_line(_on_grid(moved, barriers))
     within = as_points(placed)[0] + STATIONS[:, None] * (as_points(placed)[1] - as_points(placed)[0])
-    dividing = shapely.contains_xy(floor, within) & (shapely.distance(shapely.points(within), barriers) > TOUCH_M)
+    dividing = shapely.contains_xy(outline.floor, within) & (
+        shapely.distance(shapely.points(within), barriers) > TOUCH_M
+    )
     on_floor = dividing.mean() * np.hypot(*(moved[1] - moved[0]))
     if (moved[1] - moved[0]) @ along < SHORTEST_M or on_floor < SHORTEST_M:
         return Adrift(1, 0.0)
@@ -81,17 +122,16 @@ def attach(
 
 
 def attach_path(
-    path: Points, floor: MultiPolygon, others: Sequence[Line], reach_m: float, fixed: Sequence[bool] = (False, False)
+    path: Points, outline: Outline, others: Sequence[Line], reach_m: float, fixed: Sequence[bool] = (False, False)
 ) -> Points | None:
     """A path (n, 2) over the floor whose two ends are moved to the walls or dividers that they end on; None where one finds none.
 
     Each goes on in its direction, or back, to the nearest crossing within reach, else to the nearest place within reach. Ends that are
     `fixed` stay.
     """
-    if len(path) < 2 or floor.is_empty:
+    if len(path) < 2 or outline.floor.is_empty:
         return None
-    rings = shapely.get_rings(shapely.get_parts(floor))
-    barriers = shapely.multilinestrings([*map(LineString, rings), *(LineString(other) for other in others)])
+    barriers = outline.barriers(others)
     moved = np.round(path, 3)
     for end, inner, stays in ((0, 1, fixed[0]), (-1, -2, fixed[1])):
         found = path[end] if stays else _end_of_path(path[inner], path[end], barriers, reach_m)
@@ -146,42 +186,26 @@ def _crossing(stations: Points, at: float, inward: float, length: float, reach_m
     return float(at - chosen * inward)
 
 
-def centre(line: Line, floor: MultiPolygon) -> Line:
+def centre(line: Line, outline: Outline) -> Line:
     """A divider in a doorway, moved to the middle of the wall's thickness; any other as it is.
 
     Nothing holds a tracked divider across its own line, so that it would wander from one face of the wall to the other.
     """
-    return centre_all([line], floor)[0]
+    return centre_all([line], outline)[0]
 
 
-def centre_all(lines: Sequence[Line], floor: MultiPolygon) -> list[Line]:
+def centre_all(lines: Sequence[Line], outline: Outline) -> list[Line]:
     """The same for each of `lines`."""
-    if floor.is_empty or not lines:
+    if outline.floor.is_empty or not lines:
         return list(lines)
-    edges = _doorposts(floor)
+    edges = outline.doorposts
     ends = np.array(lines, dtype=np.float64)
-    tree = shapely.STRtree(shapely.linestrings(edges))
-    end, edge = tree.query(shapely.points(ends.reshape(-1, 2)), predicate="dwithin", distance=2 * TOUCH_M)
+    end, edge = outline.tree.query(shapely.points(ends.reshape(-1, 2)), predicate="dwithin", distance=2 * TOUCH_M)
     touching = [edges[np.sort(edge[end == k])] for k in range(2 * len(lines))]
-    boundary = shapely.boundary(floor)
     return [
-        _centred(line, touching[2 * k], touching[2 * k + 1], boundary) if len(touching[2 * k]) else line
+        _centred(line, touching[2 * k], touching[2 * k + 1], outline.boundary) if len(touching[2 * k]) else line
         for k, line in enumerate(lines)
     ]
-
-
-def _doorposts(floor: MultiPolygon) -> Numbers:
-    """Edges of the outline, (n, 2, 2), as short as a wall is thick, between two corners that stick into the floor."""
-    found = []
-    for ring in shapely.get_rings(shapely.get_parts(shapely.orient_polygons(floor))):
-        points = shapely.get_coordinates(ring)[:-1]
-        out = np.roll(points, -1, axis=0) - points
-        into = np.roll(out, 1, axis=0)
-        turn = np.arctan2(into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0], (into * out).sum(1))
-        sticks_in = turn < -CORNER
-        post = sticks_in & np.roll(sticks_in, -1) & (np.hypot(*out.T) < THICKEST_WALL_M)
-        found.append(np.stack([points, points + out], 1)[post])
-    return np.concatenate(found)
 
 
 def _centred(line: Line, at_begin: Numbers, at_end: Numbers, boundary: shapely.Geometry) -> Line:

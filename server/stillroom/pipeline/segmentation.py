@@ -11,7 +11,7 @@ from shapely import MultiPolygon
 from stillroom.maps.geometry import Line, as_line
 from stillroom.maps.grid import GridFrame, Mask
 from stillroom.pipeline.cuts import Indices, Numbers
-from stillroom.pipeline.dividers import centre_all
+from stillroom.pipeline.dividers import Outline, centre_all
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.pieces import Pieces, over_segment
 
@@ -40,7 +40,7 @@ def propose_dividers(floor: MultiPolygon, mask: Mask, frame: GridFrame, params: 
     parting = groups[pieces.sides[:, 0]] != groups[pieces.sides[:, 1]]
     ends = np.stack([pieces.cuts.a, pieces.cuts.b], 1)[parting].reshape(-1, 2) / frame.resolution
     lines = [as_line(line) for line in np.round(frame.to_map(ends), 3).reshape(-1, 2, 2)]
-    return tuple({frozenset(line): line for line in centre_all(lines, floor)}.values())
+    return tuple({frozenset(line): line for line in centre_all(lines, Outline(floor))}.values())
 
 
 def join_pieces(pieces: Pieces, params: Params) -> Indices:

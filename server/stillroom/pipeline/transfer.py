@@ -11,13 +11,13 @@ import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from stillroom.maps.geometry import Line, Point, Points, as_line, as_points, as_tuples, polygons_in
+from stillroom.maps.geometry import Line, Point, Points, as_line, as_points, as_tuples, line_strings, polygons_in
 from stillroom.maps.grid import GridFrame, OccupancyGrid, look_up
 from stillroom.maps.meta import MapMeta, MetaDivider
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap, Wall
 from stillroom.pipeline.anchor import carry_anchors
-from stillroom.pipeline.dividers import Adrift, attach, attach_path, centre
+from stillroom.pipeline.dividers import Adrift, Outline, attach, attach_path, centre
 from stillroom.pipeline.obstacles import SUBPIXEL, classify_obstacles, corrected, drawn, filled, is_shut
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.phantoms import carry_phantoms, without_phantoms
@@ -111,8 +111,9 @@ def transfer_semantics(
     meta_walls = [o.polygon for o in meta.occupancy if o.cell == "occupied"]
     obstacles = classify_obstacles(tracked, grid, shut, params, meta_walls)
     floor = _worth(outline(obstacles.floor, grid.frame, params, smallest_m2=params.face_area_m2), tracked, grid, params)
-    dividers, lost = _attach_dividers((*tracked.dividers, *found), tracked.walls, floor, params)
-    meta = replace(meta, dividers=_attach_meta(meta.dividers, dividers, floor, params))
+    border = Outline(floor)
+    dividers, lost = _attach_dividers((*tracked.dividers, *found), tracked.walls, border, params)
+    meta = replace(meta, dividers=_attach_meta(meta.dividers, dividers, border, params))
     lines = [d.line for d in dividers] + [d.line for d in meta.dividers]
     pieces = partition(floor, lines, params.face_area_m2)
     visited = _visited(tracked, sensed)
@@ -159,16 +160,16 @@ def _worth(floor: MultiPolygon, tracked: SemanticMap, grid: OccupancyGrid, param
 
 def _remembered(walls: Sequence[Wall], tracked: SemanticMap, params: Params) -> tuple[Wall, ...]:
     """Walls of which the open ones that were walls before are told apart: the mission did not look there."""
-    open_ = shapely.MultiLineString([wall.line for wall in walls if wall.kind == "open"])
-    before = [shapely.LineString(wall.line) for wall in tracked.walls if wall.kind != "open"]
-    near = [line for line in before if shapely.dwithin(line, open_, params.wall_reach_m)]
-    band = shapely.buffer(shapely.MultiLineString(near), params.wall_reach_m, cap_style="flat", quad_segs=2)
-
-    def is_unseen(wall: Wall) -> bool:
-        line = shapely.LineString(wall.line)
-        return bool(shapely.intersection(line, band).length > SEEN_SHARE * line.length)
-
-    return tuple(replace(wall, kind="unseen") if wall.kind == "open" and is_unseen(wall) else wall for wall in walls)
+    open_ = [wall for wall in walls if wall.kind == "open"]
+    if not open_:
+        return tuple(walls)
+    lines = line_strings([wall.line for wall in open_])
+    before = line_strings([wall.line for wall in tracked.walls if wall.kind != "open"])
+    near = before[shapely.dwithin(before, shapely.multilinestrings(lines), params.wall_reach_m)]
+    band = shapely.buffer(shapely.multilinestrings(near), params.wall_reach_m, cap_style="flat", quad_segs=2)
+    hidden = shapely.length(shapely.intersection(lines, band)) > SEEN_SHARE * shapely.length(lines)
+    unseen = {wall.id for wall, is_unseen in zip(open_, hidden, strict=True) if is_unseen}
+    return tuple(replace(wall, kind="unseen") if wall.id in unseen else wall for wall in walls)
 
 
 def enclosure(region: Polygon, tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> float:
@@ -184,7 +185,7 @@ def enclosure(region: Polygon, tracked: SemanticMap, grid: OccupancyGrid, params
 
 
 def _attach_dividers(
-    dividers: Sequence[Divider], walls: Sequence[Wall], floor: MultiPolygon, params: Params
+    dividers: Sequence[Divider], walls: Sequence[Wall], border: Outline, params: Params
 ) -> tuple[tuple[Divider, ...], tuple[str, ...]]:
     """Dividers with their ends on the new walls, and the ids of those that find none. `walls`: as they were tracked.
 
@@ -195,18 +196,22 @@ def _attach_dividers(
     waiting = [d.id for d in dividers]
     resting = _resting(dividers)
     by_id = {d.id: d for d in dividers}
-    on_walls = shapely.buffer(shapely.MultiLineString([wall.line for wall in walls]), RESTS_M, quad_segs=2)
-    ends = [end for d in dividers for end in d.line if not shapely.intersects_xy(on_walls, *end)]
+    on_walls = shapely.buffer(
+        shapely.multilinestrings(line_strings([wall.line for wall in walls])), RESTS_M, quad_segs=2
+    )
+    corners = [end for d in dividers for end in d.line]
+    away = ~shapely.intersects_xy(on_walls, as_points(corners))
+    ends = [end for end, is_away in zip(corners, away, strict=True) if is_away]
     while waiting:
         now = next((d for d in waiting if not any(o in waiting for o in resting[d])), waiting[0])
         waiting.remove(now)
         others = [placed[o].line for o in placed]
         line = by_id[now].line
         if any(meets := _corners(line, ends)):
-            found = _attach_chained(line, meets, floor, others, params)
+            found = _attach_chained(line, meets, border, others, params)
         else:
-            attached = attach(line, floor, others, params.transfer_reach_m, tracked=True)
-            found = None if isinstance(attached, Adrift) else centre(attached.line, floor)
+            attached = attach(line, border, others, params.transfer_reach_m, tracked=True)
+            found = None if isinstance(attached, Adrift) else centre(attached.line, border)
         if found is None:
             lost.append(now)
         else:
@@ -215,14 +220,14 @@ def _attach_dividers(
 
 
 def _attach_meta(
-    meta: Sequence[MetaDivider], dividers: Sequence[Divider], floor: MultiPolygon, params: Params
+    meta: Sequence[MetaDivider], dividers: Sequence[Divider], border: Outline, params: Params
 ) -> tuple[MetaDivider, ...]:
     """Meta-dividers whose ends, where no two of them meet, are moved to the nearest wall or divider; without those that find none."""
     placed: list[MetaDivider] = []
     ends = [end for d in meta for end in d.line]
     lines = [d.line for d in dividers]
     for d in meta:
-        line = _attach_chained(d.line, _corners(d.line, ends), floor, lines, params)
+        line = _attach_chained(d.line, _corners(d.line, ends), border, lines, params)
         if line is not None:
             placed.append(replace(d, line=line))
     return tuple(placed)
@@ -234,12 +239,12 @@ def _corners(line: Line, ends: Sequence[Point]) -> list[bool]:
 
 
 def _attach_chained(
-    line: Line, meets: list[bool], floor: MultiPolygon, others: Sequence[Line], params: Params
+    line: Line, meets: list[bool], border: Outline, others: Sequence[Line], params: Params
 ) -> Line | None:
     """The line with its loose end moved to the nearest wall or other line; None where there is none."""
     if all(meets):
         return line
-    path = attach_path(as_points(line), floor, others, params.divider_reach_m, meets)
+    path = attach_path(as_points(line), border, others, params.divider_reach_m, meets)
     return None if path is None else as_line(path)
 
 

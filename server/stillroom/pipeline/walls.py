@@ -3,6 +3,7 @@
 The outline is traced on the cells, straightened edge by edge, and lies on the walls' faces, not on cell centres.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -127,20 +128,20 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
     around = [borders[k] for k in np.flatnonzero(areas > 0)]
     pillars = [borders[k] for k in np.flatnonzero(areas <= -params.pillar_area_m2)]
     holes: dict[int, list[Polygon]] = {}
-    for pillar, part in zip(pillars, _parts_of(pillars, around), strict=True):
-        rings = _straightened(pillar, cell, params)
+    for rings, part in zip(_straightened(pillars, cell, params), _parts_of(pillars, around), strict=True):
         holes.setdefault(part, []).extend(ring for ring in rings if ring.area * cell**2 >= params.pillar_area_m2)
     left, bottom, width, height = cv2.boundingRect(floor.view(np.uint8))
     # a little more, or edges on the very border would be cut by rounding errors
     extent = shapely.box(left - EDGE, bottom - EDGE, left + width + EDGE, bottom + height + EDGE)
     parts: list[Polygon] = []
-    for k, border in enumerate(around):
-        whole = _straightened(border, cell, params)
+    for k, whole in enumerate(_straightened(around, cell, params)):
         if holes.get(k):
             pillar_area = shapely.union_all(holes[k], grid_size=GRID_M)
             whole = polygons_in(shapely.difference(whole, pillar_area, grid_size=GRID_M))
-        whole = polygons_in(shapely.intersection(whole, extent))
-        parts += [p for p in whole if p.area * cell**2 >= max(smallest_m2, GRID_M)]
+        parts += whole
+    parts = [
+        p for p in polygons_in(shapely.intersection(parts, extent)) if p.area * cell**2 >= max(smallest_m2, GRID_M)
+    ]
     # to whole millimetres along the grid's axes first: then it does not matter where the grid lies
     local = shapely.transform(np.array(parts, dtype=object), lambda p: as_points(p) * cell + BIAS_M)
     apart = np.array(_apart(polygons_in(shapely.set_precision(local, GRID_M))), dtype=object)
@@ -185,28 +186,29 @@ def _apart(parts: list[Polygon]) -> list[Polygon]:
     return [part for part in parts if not part.is_empty]
 
 
-def _straightened(border: Corners, cell: float, params: Params) -> list[Polygon]:
-    """One border of the floor as valid polygons in continuous cell coordinates, mostly one. `cell`: metres."""
+def _straightened(borders: Sequence[Corners], cell: float, params: Params) -> list[list[Polygon]]:
+    """Each border of the floor as valid polygons in continuous cell coordinates, mostly one. `cell`: metres."""
     tolerance = max(params.outline_tolerance_m / cell, 1.1)
+    rings = _bulged(borders)
+    found: dict[int, list[Polygon]] = {}
     for finer in (tolerance, tolerance / 2, 1.0):
-        fitted = _fitted(border, finer, cell)
-        if fitted:
-            return fitted
-    return polygons_in(shapely.make_valid(Polygon(border)))
+        left = [k for k in range(len(borders)) if not found.get(k)]
+        kept = shapely.simplify(rings[left], finer + 2 * BULGE, preserve_topology=False)
+        corners, ring = shapely.get_coordinates(kept, include_z=True, return_index=True)
+        count = np.bincount(ring, minlength=len(left))
+        stop = np.cumsum(count)
+        for i in np.flatnonzero(count >= 4).tolist():
+            at = corners[stop[i] - count[i] : stop[i], 2].astype(np.int64)
+            found[left[i]] = _fitted(borders[left[i]], at, finer, cell)
+    return [found.get(k) or polygons_in(shapely.make_valid(Polygon(border))) for k, border in enumerate(borders)]
 
 
-def _fitted(border: Corners, tolerance: float, cell: float) -> list[Polygon]:
-    """Fits a line to the border between corners that matter and intersects neighbours; nothing where that fails.
+def _fitted(border: Corners, at: npt.NDArray[np.int64], tolerance: float, cell: float) -> list[Polygon]:
+    """Fits a line to the border between the corners `at` that matter and intersects neighbours; nothing where that fails.
 
     Straight edges on both sides of a thin wall may cross. What both claim is left to the wall, so that it still holds.
     """
     closed = np.append(border, border[:1], axis=0)
-    ring = shapely.linestrings(np.column_stack([_bulged(closed), np.arange(len(closed))]))
-    kept = shapely.simplify(ring, tolerance + 2 * BULGE, preserve_topology=False)
-    at = shapely.get_coordinates(kept, include_z=True)[:, 2]
-    at = at.astype(np.int64)
-    if len(at) < 4:
-        return []
     starts = closed[at[:-1]].astype(np.float64)
     ends = np.roll(starts, -1, axis=0)
     centres, directions = _fit_edges(closed, at, (starts + ends) / 2, ends - starts, SHORTEST_FIT_M / cell)
@@ -218,14 +220,22 @@ def _fitted(border: Corners, tolerance: float, cell: float) -> list[Polygon]:
     return parts if missing <= 0.25 * tolerance * polygon.length + 0.2 * area else []
 
 
-def _bulged(border: Corners) -> Points:
-    """`border` (n, 2) a little blown up, by more the farther from its middle.
+def _bulged(borders: Sequence[Corners]) -> npt.NDArray[np.object_]:
+    """The borders as closed lines, a little blown up, by more the farther from their middles; z is a corner's number.
 
     On a grid many corners are equally far from the chord between two others, and which of them is kept would depend on the way round.
     """
-    from_middle = border - border.mean(0)
-    far = np.hypot(*from_middle.T)[:, None]
-    return np.asarray(border + BULGE * from_middle * far**2 / max(float(far.max()), 1.0) ** 3)
+    if not borders:
+        return np.zeros(0, dtype=object)
+    closed = np.concatenate([corners for border in borders for corners in (border, border[:1])])
+    size = np.array([len(border) + 1 for border in borders])
+    begin, ring = np.cumsum(size) - size, np.repeat(np.arange(len(size)), size)
+    from_middle = closed - (np.add.reduceat(closed, begin) / size[:, None])[ring]
+    far = np.hypot(*from_middle.T)
+    extent = np.array([max(most, 1.0) ** 3 for most in np.maximum.reduceat(far, begin).tolist()])
+    blown_up = closed + BULGE * from_middle * far[:, None] ** 2 / extent[ring][:, None]
+    number = np.arange(len(closed)) - begin[ring]
+    return np.asarray(shapely.linestrings(np.column_stack([blown_up, number]), indices=ring))
 
 
 def _fit_edges(

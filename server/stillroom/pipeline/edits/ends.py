@@ -10,7 +10,7 @@ from shapely import LineString, MultiPolygon
 from stillroom.errors import Fault
 from stillroom.maps.geometry import Line, as_line, as_points
 from stillroom.maps.semantics import Divider
-from stillroom.pipeline.dividers import Adrift, attach
+from stillroom.pipeline.dividers import Adrift, Outline, attach
 from stillroom.pipeline.edits.draft import CUT_BACK, END_M, Draft, faults
 from stillroom.pipeline.edits.operations import AddDivider, Fix, MoveDivider, RemoveDivider
 from stillroom.pipeline.params import Params
@@ -25,11 +25,12 @@ def attach_drawn(draft: Draft, floor: MultiPolygon, params: Params) -> Draft:
     waiting = list(draft.drawn.items())
     settled = {d.id: d.line for d in draft.dividers if d.id not in draft.drawn}
     settled |= {d.id: d.line for d in draft.meta_dividers}
+    outline = Outline(floor)
     while waiting:
         adrift: list[tuple[Divider, str, Adrift]] = []
         for divider_id, pointer in waiting:
             divider = draft.divider(pointer, divider_id)
-            found = attach(divider.line, floor, list(settled.values()), params.divider_reach_m)
+            found = attach(divider.line, outline, list(settled.values()), params.divider_reach_m)
             if isinstance(found, Adrift):
                 adrift.append((divider, pointer, found))
             else:
@@ -65,7 +66,7 @@ def _adrift(divider: Divider, found: Adrift, params: Params) -> str:
 def _extended(draft: Draft, divider: Divider, pointer: str, floor: MultiPolygon, others: Sequence[Line]) -> Fix | None:
     """The same divider with each loose end drawn on along its own line to the next wall or divider."""
     line = _to_walls(divider.line, floor, others)
-    if line is None or isinstance(attach(line, floor, others, 2 * OVERSHOOT_M), Adrift):
+    if line is None or isinstance(attach(line, Outline(floor), others, 2 * OVERSHOOT_M), Adrift):
         return None
     is_new = draft.previous.divider(divider.id) is None
     operation = AddDivider(line, divider.kind) if is_new else MoveDivider(divider.id, line)
