@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -16,9 +17,10 @@ from alembic.script import ScriptDirectory
 from stillroom.store import maps, migrate, missions, robots
 from stillroom.store.database import Database
 from stillroom.store.rows import RobotRow
-from stillroom.store.tables import metadata
+from stillroom.store.tables import metadata, version
 from tests import postgresql
 
+DOCUMENT = {"format": 1, "rooms": [{"id": "r1", "name": "Küche"}]}
 TOP = Path(__file__).parents[1]
 
 
@@ -72,14 +74,37 @@ def test_what_is_stored_survives_a_migration_down_and_up_again(empty: Database) 
         placed = missions.NewMission(of.id, "1~ground", 0, 1, "0" * 64, {}, "1" * 64, parked, "operator")
         missions.add(tx, placed, now)
         before = tx.execute(sa.text("SELECT id, map_id, key, meta_digest FROM mission ORDER BY id")).all()
+        maps.add_version(tx, of, new_version(), now)
     with empty.write() as tx:
         command.downgrade(migrate.config(tx), "0001")
     migrate.migrate(empty)
     with empty.read() as tx:
         assert tx.execute(sa.text("SELECT id, map_id, key, meta_digest FROM mission ORDER BY id")).all() == before
-        assert maps.by_name(tx, "RB-1", "ground") == of
+        assert maps.by_name(tx, "RB-1", "ground") == replace(of, head=1)
+        kept = maps.version_at(tx, of.id, 1)
+        assert kept is not None
+        assert kept.document == DOCUMENT
         with_keys = sa.inspect(tx).get_unique_constraints("mission")
     assert [unique["column_names"] for unique in with_keys] == [["map_id", "key"]]
+
+
+def test_versions_that_an_older_program_wrote_are_read_beside_newer_ones(database: Database) -> None:
+    now = datetime(2026, 11, 22, 8, tzinfo=UTC)
+    with database.write() as tx:
+        robots.add(tx, RobotRow("RB-1", "Hall", None, now), "hash", "")
+        of = maps.get_or_add(tx, "RB-1", "ground")
+        for number in (1, 2):
+            assert maps.add_version(tx, of, new_version(), now) == number
+        older = sa.update(version).where(version.c.number == 1)
+        tx.execute(older.values(document=DOCUMENT, packed=None))
+        for number in (1, 2):
+            kept = maps.version_at(tx, of.id, number)
+            assert kept is not None
+            assert kept.document == DOCUMENT
+
+
+def new_version() -> maps.NewVersion:
+    return maps.NewVersion(None, "created", "1", "robot:RB-1", "0.1.0", "0" * 64, None, None, DOCUMENT, [], {}, {})
 
 
 def test_servers_that_start_at_once_migrate_once(new_url: str) -> None:

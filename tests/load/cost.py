@@ -106,7 +106,7 @@ def _base(database: Database, robot: str) -> Mapping[str, Any]:
 def _bytes(database: Database) -> None:
     query = (
         "SELECT avg(pg_column_size(m.*)) + avg(octet_length(m.result::text)) AS mission, "
-        "(SELECT avg(octet_length(document::text)) FROM version) AS document, "
+        "(SELECT avg(octet_length(packed)) FROM version) AS document, "
         "(SELECT avg(pg_column_size(version.*)) FROM version) AS stored FROM mission m"
     )
     with database.read() as tx:
@@ -117,7 +117,7 @@ def _bytes(database: Database) -> None:
                 "ON n.oid = c.relnamespace WHERE n.nspname = 'public' AND c.relkind = 'r'"
             )
         ).scalar_one()
-    print(f"bytes: a map's document {float(row.document):.0f}, a version's row {float(row.stored):.0f} (compressed)")
+    print(f"bytes: a map's document {float(row.document):.0f} (compressed), a version's row {float(row.stored):.0f}")
     print(
         f"all tables with their indexes {int(size) / HOMES / MISSIONS:.0f} bytes a mission, of {HOMES * MISSIONS} missions"
     )

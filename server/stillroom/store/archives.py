@@ -5,6 +5,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from stillroom.store import maps
 from stillroom.store.database import Transaction
 from stillroom.store.fleet_tables import plan_grant, plan_view
 from stillroom.store.privacy_tables import access_log
@@ -16,8 +17,8 @@ PAGE = 200
 
 def versions(tx: Transaction, map_id: int, after: int) -> Sequence[VersionRow]:
     """The oldest first."""
-    query = sa.select(*columns(version, VersionRow)).where(version.c.map_id == map_id, version.c.number > after)
-    return [as_row(VersionRow, row) for row in tx.execute(query.order_by(version.c.number).limit(PAGE))]
+    query = maps.VERSION.where(version.c.map_id == map_id, version.c.number > after)
+    return [maps.version_row(row) for row in tx.execute(query.order_by(version.c.number).limit(PAGE))]
 
 
 def missions(tx: Transaction, map_id: int, after: int) -> Sequence[MissionRow]:
@@ -123,7 +124,7 @@ def add_rooms(tx: Transaction, rows: Sequence[Json]) -> None:
 
 
 def add_version(tx: Transaction, values: Json) -> None:
-    tx.execute(sa.insert(version).values(values))
+    tx.execute(sa.insert(version).values(values | {"packed": values["document"], "document": None}))
 
 
 def add_mission(tx: Transaction, values: Json) -> int:

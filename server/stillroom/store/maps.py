@@ -1,7 +1,7 @@
 """Maps, their versions and their rooms' ids. Versions are only ever added."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from datetime import datetime
 from typing import Any
 
@@ -18,7 +18,6 @@ from stillroom.store.rows import (
     VersionRow,
     as_row,
     as_row_or_none,
-    as_rows,
     columns,
 )
 from stillroom.store.tables import lane, map_, robot, room, version
@@ -28,7 +27,14 @@ BY_PEOPLE = ("edit", "restore", "decision")
 
 _MAP = sa.select(*columns(map_, MapRow))
 _HEAD = sa.select(*columns(version, VersionHead))
-_VERSION = sa.select(*columns(version, VersionRow))
+VERSION = sa.select(*columns(version, VersionHead), version.c.packed, version.c.document)
+"""For `version_row`."""
+
+
+def version_row(values: Sequence[Any]) -> VersionRow:
+    *row, packed, document = values
+    row.append(document if packed is None else packed)
+    return VersionRow(*row)
 
 
 def get(tx: Transaction, map_id: int) -> MapRow:
@@ -51,15 +57,16 @@ def with_version(
     """The map of that name, with the version in force or a given one, where it has that."""
     wanted = map_.c.head if number is None else sa.literal(number)
     query = (
-        _MAP.add_columns(*columns(version, VersionRow))
+        _MAP.add_columns(*VERSION.selected_columns)
         .outerjoin(version, sa.and_(version.c.map_id == map_.c.id, version.c.number == wanted))
         .where(map_.c.robot_id == robot_id, map_.c.name == name)
     )
     found = tx.execute(query).first()
     if found is None:
         return None
-    of, row, _ = as_rows(found, MapRow, VersionRow)
-    return of, None if row.number is None else row  # of an outer join
+    middle = len(fields(MapRow))
+    row = version_row(found[middle:])
+    return MapRow(*found[:middle]), None if row.number is None else row  # of an outer join
 
 
 def at_now(tx: Transaction, map_id: int) -> tuple[MapRow, datetime]:
@@ -142,7 +149,7 @@ def add_version(
             frame_from=new.frame_from,
             motion=new.motion,
             rooms=len(new.rooms),
-            document=new.document,
+            packed=new.document,
         )
         .returning(version.c.number)
     )
@@ -203,8 +210,8 @@ def version_head(tx: Transaction, map_id: int, number: int) -> VersionHead | Non
 
 
 def version_at(tx: Transaction, map_id: int, number: int) -> VersionRow | None:
-    query = _VERSION.where(version.c.map_id == map_id, version.c.number == number)
-    return as_row_or_none(VersionRow, tx.execute(query).first())
+    found = tx.execute(VERSION.where(version.c.map_id == map_id, version.c.number == number)).first()
+    return None if found is None else version_row(found)
 
 
 def name_version(tx: Transaction, map_id: int, number: int, name: str | None) -> None:
