@@ -5,6 +5,7 @@ from datetime import timedelta
 import pytest
 from argon2 import PasswordHasher
 
+from stillroom.service.accounts import new_login_link
 from stillroom.service.people import passwords
 from tests.conftest import Service
 from tests.people.browsers import ANN, BOB, PASSWORD, Browser, add_account, by_link, later
@@ -220,6 +221,24 @@ def test_a_link_for_another_browser_signs_it_in_as_the_same_person(service: Serv
     phone = Browser(service)
     assert phone.get(made["url"].removeprefix("https://maps.example.org")).status_code == 303
     assert phone.get("/api/v1/session").json()["id"] == ANN
+
+
+@pytest.mark.parametrize("site", ["cross-site", "same-site"])
+def test_a_link_on_another_site_signs_nobody_in_as_somebody_else_unasked(service: Service, site: str) -> None:
+    """Else whoever lures somebody to a link of their own sees what is done then: the robot that is claimed, say."""
+    link, ann = f"/login?token={new_login_link(service.database, BOB)}", by_link(service, ANN)
+    for language, question in (("en", "Sign in?"), ("de", "Anmelden?")):
+        asked = ann.request("GET", link, {"Sec-Fetch-Site": site, "Accept-Language": language})
+        assert (asked.status_code, asked.headers["Cache-Control"]) == (200, "no-store")
+        assert question in asked.text
+        assert BOB in asked.text
+    assert ann.get("/api/v1/session").json()["id"] == ANN
+    assert ann.request("POST", link, {"Sec-Fetch-Site": site}).status_code == 403
+    assert ann.get("/api/v1/session").json()["id"] == ANN
+    assert ann.request("POST", link).status_code == 303
+    assert ann.get("/api/v1/session").json()["id"] == BOB
+    used = ann.request("GET", link, {"Sec-Fetch-Site": site, "Accept": "text/html"})
+    assert (used.status_code, used.headers["Location"]) == (303, "/")
 
 
 SCOPED = {

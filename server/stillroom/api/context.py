@@ -101,6 +101,11 @@ def same_origin(request: Request) -> None:
         raise Forbidden("The request comes from another site.")
 
 
+def is_from_elsewhere(request: Request) -> bool:
+    """Whether a browser came here from a page of another site."""
+    return request.headers.get("Sec-Fetch-Site") in ("cross-site", "same-site")
+
+
 def source_of(request: Request) -> str:
     """Where a request comes from, for counting how often something is tried."""
     return network(request.client.host if request.client else "")

@@ -1,12 +1,12 @@
 """What people are told: their choice, their address, their browsers."""
 
-from html import escape
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Header, Path, Query
 from starlette.responses import HTMLResponse, Response
 
 from stillroom.api.context import Caller, Service, document, may
+from stillroom.api.plain_page import plain_page
 from stillroom.documents.notifications import (
     NewEmail,
     NewPushSubscription,
@@ -16,7 +16,7 @@ from stillroom.documents.notifications import (
 )
 from stillroom.errors import InvalidInput
 from stillroom.service import notifications
-from stillroom.service.messages.words import Page, Words, preferred
+from stillroom.service.messages.words import Page, preferred
 
 router = APIRouter()
 _BASE = "/api/v1/notifications"
@@ -75,7 +75,7 @@ def send_test(service: Service, who: Caller, key: SubscriptionId) -> Response:
 def ask_to_confirm(token: Token, languages: Languages = "") -> HTMLResponse:
     """Programs that look at every link in an e-mail must not confirm by that: a person presses a button."""
     words = preferred(languages)
-    return _page(words, words.ask_to_confirm, token=token)
+    return plain_page(words, words.ask_to_confirm, token=token)
 
 
 @router.post("/email/confirm", include_in_schema=False)
@@ -84,14 +84,14 @@ def confirm(service: Service, token: Token, languages: Languages = "") -> HTMLRe
     try:
         address = notifications.confirm_email(service.database, token)
     except InvalidInput as error:
-        return _page(words, Page(words.failed, error.detail), status=422)
-    return _page(words, words.confirmed, address=address)
+        return plain_page(words, Page(words.failed, error.detail), status=422)
+    return plain_page(words, words.confirmed, address=address)
 
 
 @router.get("/email/stop", include_in_schema=False)
 def ask_to_stop(token: Token, languages: Languages = "") -> HTMLResponse:
     words = preferred(languages)
-    return _page(words, words.ask_to_stop, token=token)
+    return plain_page(words, words.ask_to_stop, token=token)
 
 
 @router.post("/email/stop", include_in_schema=False)
@@ -101,21 +101,5 @@ def stop(service: Service, token: Token, languages: Languages = "") -> HTMLRespo
     try:
         address = notifications.stop_email(service.database, token)
     except InvalidInput as error:
-        return _page(words, Page(words.failed, error.detail), status=422)
-    return _page(words, words.stopped, address=address)
-
-
-def _page(words: Words, page: Page, *, token: str = "", address: str = "", status: int = 200) -> HTMLResponse:
-    form = ""
-    if page.button:
-        form = f'<form method=post action="?token={escape(token, quote=True)}"><button>{escape(page.button)}</button></form>'
-    text = escape(page.text.replace("{address}", address))
-    return HTMLResponse(
-        f"<!doctype html><html lang={words.language}><meta charset=utf-8>"
-        f"<meta name=viewport content='width=device-width'><title>{escape(page.title)}</title>"
-        "<style>body{font:1.1rem/1.5 sans-serif;max-width:34rem;margin:3rem auto;"
-        "padding:0 1rem}button{font:inherit;padding:.6rem 1.2rem;min-height:44px}</style>"
-        f"<main><h1>{escape(page.title)}</h1><p>{text}</p>{form}</main></html>",
-        status,
-        {"Referrer-Policy": "no-referrer", "Cache-Control": "no-store", "Vary": "Accept-Language"},
-    )
+        return plain_page(words, Page(words.failed, error.detail), status=422)
+    return plain_page(words, words.stopped, address=address)

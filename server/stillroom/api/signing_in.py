@@ -8,7 +8,17 @@ from fastapi import APIRouter, Depends, Header, Query, Request
 from starlette.background import BackgroundTask
 from starlette.responses import RedirectResponse, Response
 
-from stillroom.api.context import DEVICE_COOKIE, SESSION_COOKIE, Caller, Service, browser_of, document, same_origin
+from stillroom.api.context import (
+    DEVICE_COOKIE,
+    SESSION_COOKIE,
+    Caller,
+    Service,
+    browser_of,
+    document,
+    is_from_elsewhere,
+    same_origin,
+)
+from stillroom.api.plain_page import plain_page
 from stillroom.documents import api
 from stillroom.documents.people import (
     LinkDocument,
@@ -33,6 +43,7 @@ _OWN_PAGE = re.compile(r"/(?!/)[!-\[\]-~]{0,1000}", re.ASCII)
 _A_YEAR_S = 365 * 24 * 3600
 _FROM_HERE = [Depends(same_origin)]
 """Nobody is signed in by a form of another site, as somebody else."""
+LinkSecret = Annotated[str, Query(alias="token", max_length=200)]
 Languages = Annotated[str, Header(alias="Accept-Language")]
 
 
@@ -92,8 +103,18 @@ def sign_out(request: Request, service: Service, _who: Caller) -> Response:
 
 
 @router.get("/login", include_in_schema=False)
-def sign_in(request: Request, service: Service, token: Annotated[str, Query(max_length=200)]) -> Response:
-    """A one-time link's target: on to the page that was wanted."""
+def open_link(request: Request, service: Service, token: LinkSecret, languages: Languages = "") -> Response:
+    """A one-time link's target. Where another site leads here, it asks first: a link could sign somebody in as somebody else."""
+    email = accounts.of_link(service.database, token) if is_from_elsewhere(request) else None
+    if email is None:
+        return sign_in(request, service, token)
+    words = preferred(languages)
+    return plain_page(words, words.ask_to_sign_in, token=token, address=email)
+
+
+@router.post("/login", include_in_schema=False, dependencies=_FROM_HERE)
+def sign_in(request: Request, service: Service, token: LinkSecret) -> Response:
+    """On to the page that was wanted."""
     response = RedirectResponse(page_wanted(request), 303, {"Referrer-Policy": "no-referrer"})
     if NEXT_COOKIE in request.cookies:
         response.delete_cookie(NEXT_COOKIE, "/login")

@@ -70,6 +70,13 @@ def has_operator(database: Database) -> bool:
         return bool(people.with_duty(tx, "operator"))
 
 
+def of_link(database: Database, link_secret: str) -> str | None:
+    """Whom a link signs in that works still; None: nobody."""
+    with database.read() as tx:
+        row = people.link_by(tx, hash_of(link_secret), clock.now(tx))
+    return None if row is None or row.purpose != "sign_in" else row.email or "operator"
+
+
 def sign_in(database: Database, link_secret: str) -> str:
     """Uses a link up; answers with the session's cookie. Raises Unauthenticated."""
     return follow(database, link_secret, Browser()).session

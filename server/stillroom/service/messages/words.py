@@ -55,6 +55,7 @@ class Words:
     """What questions are about, by kind and cause; where there is none, the core's own sentence is told."""
     ask_to_confirm: Page
     confirmed: Page
+    ask_to_sign_in: Page
     ask_to_stop: Page
     stopped: Page
     failed: str
@@ -187,6 +188,7 @@ ENGLISH = Words(
     summaries={"wrong_map": "A mission waits for its floor."},
     ask_to_confirm=Page("Confirm your address", "Messages about your maps will be sent to it.", "Confirm"),
     confirmed=Page("Address confirmed", "Messages are sent to {address} from now on."),
+    ask_to_sign_in=Page("Sign in?", "This link signs this browser in as {address}.", "Sign in"),
     ask_to_stop=Page("No more messages?", "None will be sent to this address any more.", "Stop messages"),
     stopped=Page("No more messages", "Nothing is sent to {address} any more."),
     failed="That did not work",
@@ -285,6 +287,7 @@ GERMAN = Words(
     },
     ask_to_confirm=Page("Adresse bestätigen", "Nachrichten über Ihre Karten gehen dann dorthin.", "Bestätigen"),
     confirmed=Page("Adresse bestätigt", "Nachrichten gehen von jetzt an an {address}."),
+    ask_to_sign_in=Page("Anmelden?", "Dieser Link meldet diesen Browser an als: {address}.", "Anmelden"),
     ask_to_stop=Page("Keine Nachrichten mehr?", "An diese Adresse wird dann keine mehr gesendet.", "Beenden"),
     stopped=Page("Keine Nachrichten mehr", "An {address} wird nichts mehr gesendet."),
     failed="Das ging nicht",
