@@ -31,9 +31,10 @@ _READ = [Depends(allowed("read"))]
 @router.get("", response_model=api.MapDocument, dependencies=_READ)
 def show_map(request: Request, service: Service, robot: RobotId, map_name: MapName) -> Response:
     """The version in force."""
-    _, number = maps.version_in_force(service.database, robot, map_name)
-    if is_known(request, etag(number)["ETag"]):
-        return Response(status_code=304, headers=etag(number))
+    if "If-None-Match" in request.headers:
+        _, number = maps.version_in_force(service.database, robot, map_name)
+        if is_known(request, etag(number)["ETag"]):
+            return Response(status_code=304, headers=etag(number))
     found = maps.map_document(service.database, robot, map_name)
     return document(found, headers=etag(found.version))
 

@@ -122,7 +122,8 @@ def parse_meta(content: bytes) -> tuple[MissionMeta, dict[str, Any]]:
 
 def stored_meta(document: dict[str, Any]) -> MissionMeta:
     """Meta that was accepted once."""
-    return MissionMeta.model_validate_json(json.dumps(document))
+    # not strictly: JSON in Python has lists for tuples and text for moments
+    return MissionMeta.model_validate(document, strict=False)
 
 
 def faults_of(error: ValidationError, below: str = "") -> tuple[Fault, ...]:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import shapely
 from shapely import LineString, Polygon
 
 from stillroom.maps.geometry import Point, Pose, as_points
@@ -170,7 +171,9 @@ def decode_ids(prefix: str, used: Json) -> Ids:
 
 def rings(polygon: Polygon) -> Rings:
     """Exterior first, then holes; each closed, as GeoJSON has them."""
-    return [np.asarray(ring.coords)[:, :2].tolist() for ring in (polygon.exterior, *polygon.interiors)]
+    if not shapely.get_num_interior_rings(polygon):  # as most, and several times as fast
+        return [shapely.get_coordinates(polygon).tolist()]
+    return [shapely.get_coordinates(ring).tolist() for ring in (polygon.exterior, *polygon.interiors)]
 
 
 def _room(document: Json) -> Room:
@@ -179,6 +182,9 @@ def _room(document: Json) -> Room:
 
 
 def _polygon(coordinates: Rings) -> Polygon:
+    if len(coordinates) == 1 and coordinates[0]:
+        made: Polygon = shapely.polygons(np.asarray(coordinates[0], np.float64))
+        return made
     return Polygon(coordinates[0], coordinates[1:])
 
 

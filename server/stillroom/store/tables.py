@@ -1,11 +1,11 @@
 """The tables. Rows are facts: versions, sightings, endings, events and finished missions are never changed."""
 
-import json
 import zlib
 from datetime import UTC, datetime
 from typing import Any
 
 import sqlalchemy as sa
+from pydantic_core import from_json, to_json
 
 metadata = sa.MetaData(
     naming_convention={
@@ -50,10 +50,10 @@ class PackedJson(sa.types.TypeDecorator[Any]):
     def process_bind_param(self, value: Any, _dialect: sa.Dialect) -> bytes | None:
         if value is None:
             return None
-        return zlib.compress(json.dumps(value, separators=(",", ":")).encode(), _FAST)
+        return zlib.compress(to_json(value), _FAST)
 
     def process_result_value(self, value: bytes | None, _dialect: sa.Dialect) -> Any:
-        return None if value is None else json.loads(zlib.decompress(value))
+        return None if value is None else from_json(zlib.decompress(value))
 
 
 robot = sa.Table(
