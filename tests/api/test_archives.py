@@ -6,6 +6,7 @@ import struct
 import tracemalloc
 import zipfile
 import zlib
+from contextlib import ExitStack
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ import pytest
 import sqlalchemy as sa
 
 from stillroom.__main__ import main
+from stillroom.api.privacy import READING, WRITING
 from stillroom.documents import archives
 from stillroom.documents.archives import MOST_OF_ONE, Archive
 from stillroom.errors import InvalidInput, TooLarge
@@ -325,7 +327,7 @@ def test_a_bomb_is_refused_by_its_list_of_contents_before_anything_is_unpacked()
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for number in range(1, 11):
-            archive.writestr(f"maps/1/versions/{number:06d}.json", bytes(40 * 2**20), compresslevel=1)
+            archive.writestr(f"grids/{number:064x}.json", bytes(40 * 2**20), compresslevel=1)
     assert len(out.getvalue()) < 4 * 2**20
     tracemalloc.start()
     with pytest.raises(TooLarge, match="too much for an archive"):
@@ -337,6 +339,43 @@ def test_a_bomb_is_refused_by_its_list_of_contents_before_anything_is_unpacked()
         archive.writestr("manifest.json", bytes(MOST_OF_ONE + 1), compresslevel=1)
     with pytest.raises(InvalidInput):
         Archive(single)
+
+
+def test_a_list_of_contents_that_is_too_long_is_not_even_read() -> None:
+    entry = b"PK\x01\x02" + bytes(42)
+    contents = entry * (archives.MOST_OF_CONTENTS // len(entry) + 1)
+    end = struct.pack("<4s4H2LH", b"PK\x05\x06", 0, 0, 9, 9, len(contents), 0, 0)
+    file = io.BytesIO(contents + end)
+    tracemalloc.start()
+    with pytest.raises(TooLarge, match="files"):
+        Archive(file)
+    assert tracemalloc.get_traced_memory()[1] < 2**20
+    tracemalloc.stop()
+
+
+@pytest.mark.parametrize("path", ["robots/1/robot.json", "maps/1/map.json", "maps/1/versions/000001.json"])
+def test_a_document_that_would_become_too_many_objects_is_refused_by_its_size(path: str) -> None:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(path, bytes(archives.MOST_OF_DOCUMENT + 1), compresslevel=1)
+    with pytest.raises(InvalidInput) as refused:
+        Archive(out)
+    assert [fault.pointer for fault in refused.value.faults] == [f"/{path}"]
+
+
+@pytest.mark.parametrize("engine", ["sqlite"])
+def test_only_so_many_archives_are_in_hand_at_once(service: Service, mapped: RobotCaller) -> None:
+    content = archive_of(service.operator, mapped.id)
+    path = f"/api/v1/robots/{mapped.id}/archive"
+    with ExitStack() as others:
+        for turns, most in ((READING, 2), (WRITING, 8)):
+            for _ in range(most):
+                others.enter_context(turns.turn())
+        for refused in (service.operator.get(path), bring_in(service.operator, mapped.id, content)):
+            assert refused.status_code == 503
+            assert int(refused.headers["Retry-After"]) > 0
+    assert archive_of(service.operator, mapped.id)
+    assert bring_in(service.operator, mapped.id, content).status_code == 409
 
 
 def test_an_archive_has_not_too_many_files(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,13 +1,16 @@
 """What is kept of a home, for those whose it is."""
 
 import tempfile
+import threading
 from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import contextmanager
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query, Request
 from pydantic import BaseModel
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
+from starlette.types import Receive, Scope, Send
 
 from stillroom.api.context import (
     SAFE_METHODS,
@@ -27,12 +30,34 @@ from stillroom.api.context import (
 from stillroom.documents.api import Page
 from stillroom.documents.archives import Archive
 from stillroom.documents.privacy import Erased, Imported, ImportedHome, LogEntry, Retention, RetentionDocument
-from stillroom.errors import UnsupportedFormat
+from stillroom.errors import Unavailable, UnsupportedFormat
 from stillroom.service import archiving, erasing, importing, looking, retaining
 from stillroom.service.access import Person
 from stillroom.service.looking import Log
 
 router = APIRouter(prefix="/api/v1")
+
+
+class Turns:
+    """So many archives at once in this process: each takes a thread for long, and those that come up to 512 MiB of disk.
+
+    Raises Unavailable for more.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._free = threading.Semaphore(most)
+
+    @contextmanager
+    def turn(self) -> Iterator[None]:
+        if not self._free.acquire(blocking=False):
+            raise Unavailable("The service has enough archives in hand at the moment.", 30)
+        try:
+            yield
+        finally:
+            self._free.release()
+
+
+READING, WRITING = Turns(2), Turns(8)
 
 
 async def noted(request: Request, service: Service, who: Caller) -> AsyncIterator[None]:
@@ -109,7 +134,13 @@ def archive_home(request: Request, service: Service, who: HumanCaller) -> Respon
 
 def _sent(pieces: Iterator[bytes], name: str) -> Response:
     headers = {"Content-Disposition": f'attachment; filename="{name}.zip"', "Cache-Control": "no-store"}
-    return StreamingResponse(pieces, media_type=ZIP, headers=headers)
+    return _Zipped(pieces, media_type=ZIP, headers=headers)
+
+
+class _Zipped(StreamingResponse):
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        with WRITING.turn():
+            await super().__call__(scope, receive, send)
 
 
 @router.post(
@@ -142,7 +173,7 @@ async def bring_home_in(request: Request, service: Service, who: HumanCaller) ->
 async def _read(request: Request, bring: Callable[[Archive], BaseModel]) -> Response:
     if request.headers.get("Content-Type", "").partition(";")[0].strip().lower() != ZIP:
         raise UnsupportedFormat(f"An archive is {ZIP}.")
-    with tempfile.SpooledTemporaryFile(_IN_MEMORY) as file:
+    with READING.turn(), tempfile.SpooledTemporaryFile(_IN_MEMORY) as file:
         async for chunk in request.stream():
             await run_in_threadpool(file.write, chunk)
         made = await run_in_threadpool(lambda: bring(Archive(file)))

@@ -22,6 +22,10 @@ MOST_FILES = 200_000
 MOST_BYTES = 4 * 2**30
 """Of all files together, unpacked."""
 MOST_OF_ONE = 64 * 2**20
+MOST_OF_DOCUMENT = 8 * 2**20
+"""Of a file that becomes objects, which take many times as much memory; of the manifest, `MOST_OF_ONE`."""
+MOST_OF_CONTENTS = 20 * 2**20
+"""Of a zip's list of its files, which is read at once: enough for `MOST_FILES`."""
 MOST_RATIO = 100
 """How many times larger than the archive its files may be together, where they are more than `SMALL`."""
 SMALL = 256 * 2**20
@@ -33,6 +37,7 @@ _LAYOUT = re.compile(
     r"|current/map\.(geojson|png|yaml|pgm|json)))"
 )
 _GRID = len("grids/"), len("grids/") + 64
+_DOCUMENT = re.compile(r"(robots/\d+/)?(robot\.json|maps/\d+/(map\.json|(versions|missions)/\d+\.json))")
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _ENCRYPTED = 0x1
 
@@ -141,6 +146,7 @@ class Archive:
 
     def __init__(self, file: IO[bytes]) -> None:
         try:
+            _check_contents(file)
             self._zip = zipfile.ZipFile(file)
             self._entries = _checked(self._zip, file.seek(0, 2))
             self.manifest = parse(Manifest, self._unpack(MANIFEST), MANIFEST)
@@ -202,6 +208,17 @@ class Archive:
             raise _refused(path, f"can't be unpacked: {error}") from None
 
 
+_SIZE_OF_CONTENTS = 5
+
+
+def _check_contents(file: IO[bytes]) -> None:
+    """Raises TooLarge before the list of contents is read. The end of a zip is found in more than one way: what counts is where
+    `zipfile` itself will look."""
+    end = zipfile._EndRecData(file)  # type: ignore[attr-defined]
+    if end and end[_SIZE_OF_CONTENTS] > MOST_OF_CONTENTS:
+        raise TooLarge(f"An archive has at most {MOST_FILES} files.")
+
+
 def _checked(archive: zipfile.ZipFile, size: int) -> Mapping[str, zipfile.ZipInfo]:
     """By the list of contents alone, before anything is unpacked."""
     found: dict[str, zipfile.ZipInfo] = {}
@@ -229,7 +246,8 @@ def _problem_of(info: zipfile.ZipInfo, found: Mapping[str, zipfile.ZipInfo]) -> 
         return "no plain file"
     if info.flag_bits & _ENCRYPTED or info.compress_type not in _PACKED:
         return "encrypted, or packed in another way than is read here"
-    return f"more than {MOST_OF_ONE} bytes" if info.file_size > MOST_OF_ONE else None
+    most = MOST_OF_DOCUMENT if _DOCUMENT.fullmatch(info.filename) else MOST_OF_ONE
+    return f"more than {most} bytes" if info.file_size > most else None
 
 
 def parse(model: type[Model], content: bytes, path: str) -> Model:
