@@ -1,6 +1,5 @@
 """`stillroom serve`: the API in this process, the workers in processes of their own."""
 
-import gc
 import os
 import signal
 import sys
@@ -13,6 +12,7 @@ from types import FrameType
 import structlog
 import uvicorn
 
+from stillroom import garbage
 from stillroom.app import create_app
 from stillroom.service.accounts import has_operator, new_login_link
 from stillroom.service.signals import Signals
@@ -78,9 +78,7 @@ def serve(settings: Settings, host: str, port: int, worker_count: int) -> None:
         server_header=False,
     )
     link = None if has_operator(database) else new_login_link(database)
-    # What was loaded stays: looking through it for garbage again and again would hold answers up for a tenth of a second.
-    gc.collect()
-    gc.freeze()
+    garbage.keep_what_is_there()
     server = _Server(config, signals, partial(announce, host, port, link, settings))
     signal.signal(signal.SIGTERM, _end)
     try:

@@ -24,7 +24,7 @@ from typing import Any
 import cv2
 import structlog
 
-from stillroom import logs, tracing
+from stillroom import garbage, logs, tracing
 from stillroom.errors import Unavailable
 from stillroom.pipeline.update import ResolverName
 from stillroom.service import retaining
@@ -123,6 +123,7 @@ def _begin(name: str) -> None:
     cv2.setNumThreads(1)
     logs.configure()
     tracing.configure()
+    garbage.keep_what_is_there()
     with suppress(OSError):  # tells the processes apart, where the system has such names
         Path("/proc/self/comm").write_text(name)
 
