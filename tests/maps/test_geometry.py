@@ -5,10 +5,10 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from shapely import GeometryCollection, LineString, MultiPolygon
 
-from stillroom.maps.geometry import Pose, as_line, as_points, fit_pose, polygons_in
+from stillroom.maps.geometry import Pose, as_line, as_points, distinct, fit_pose, line_strings, polygons_in
 from tests.drawing import rectangle
 
 lengths = st.floats(-50, 50)
@@ -87,3 +87,19 @@ def test_polygons_are_found_in_any_geometry() -> None:
     assert polygons_in(mixed) == [a, b]
     assert polygons_in([a, MultiPolygon([b])]) == [a, b]
     assert polygons_in(shapely.Polygon()) == []
+
+
+@given(
+    st.lists(st.tuples(st.sampled_from([-1.5, -0.0, 0.0, 2.0]), st.sampled_from([-3.0, -0.0, 0.0, 1e9])), max_size=30)
+)
+def test_distinct_points_are_those_of_the_rows_in_their_order(rows: list[tuple[float, float]]) -> None:
+    points = as_points(rows)
+    expected = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    for found, same in zip(distinct(points), expected, strict=True):
+        assert_array_equal(found, same)
+
+
+def test_lines_made_in_one_go_are_those_made_one_by_one() -> None:
+    lines = [((0.0, 1.0), (2.0, 3.0)), ((1.0, 1.0), (1.5, 1.0), (1.5, 2.5))]
+    assert line_strings(lines).tolist() == [LineString(line) for line in lines]
+    assert len(line_strings([])) == 0

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stillroom.maps.geometry import Points, Pose, as_points
+from stillroom.maps.geometry import Points, Pose, as_points, distinct
 
 EXACT_M = 1e-6
 """Two coordinates nearer than this are the same vertex."""
@@ -34,7 +34,7 @@ class Motion:
     @staticmethod
     def through(source: Points, target: Points) -> "Motion":
         """From tracked points (n, 2); a vertex that was tracked more than once takes the mean."""
-        _, first, group = np.unique(np.round(source / EXACT_M), axis=0, return_index=True, return_inverse=True)
+        _, first, group = distinct(np.round(source / EXACT_M))
         count = np.bincount(group, minlength=len(first))
         mean = np.stack([np.bincount(group, target[:, k], len(first)) / count for k in (0, 1)], 1)
         return Motion(source[first], mean)
@@ -49,8 +49,9 @@ class Motion:
         moved[known] = self.target[where[known]]
         if not known.all():
             # equal points must stay equal, or rings would not close
-            others, where_again = np.unique(points[~known], axis=0, return_inverse=True)
-            moved[~known] = _moving_least_squares(others, self.source, self.target, BLEND_M)[where_again]
+            others, _, where_again = distinct(points[~known])
+            nearness = _nearness(others, self.source, BLEND_M)
+            moved[~known] = _fitted(others, self.source, self.target, nearness)[where_again]
         return moved
 
     def consensus(self, points: Points, reach_m: float, outlier_m: float) -> Points:
@@ -60,10 +61,11 @@ class Motion:
         its neighbours by more than `outlier_m` counts little (iteratively reweighted least squares).
         """
         trust = np.ones(len(self.source))
+        nearness = _nearness(self.source, self.source, reach_m)
         for _ in range(CONSENSUS_ROUNDS):
-            expected = _moving_least_squares(self.source, self.source, self.target, reach_m, trust)
+            expected = _fitted(self.source, self.source, self.target, nearness * trust)
             trust = 1.0 / (1.0 + ((self.target - expected) ** 2).sum(1) / outlier_m**2) ** 2
-        return _moving_least_squares(points, self.source, self.target, reach_m, trust)
+        return _fitted(points, self.source, self.target, _nearness(points, self.source, reach_m) * trust)
 
     def inverse(self) -> "Motion":
         return Motion(self.target, self.source)
@@ -78,22 +80,28 @@ class Motion:
 def _same(points: Points, source: Points) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.int64]]:
     """Which points are control points, and where in `source` (valid for those alone): both (n,)."""
     everything = np.concatenate([source, points])
-    _, first, group = np.unique(np.round(everything / EXACT_M), axis=0, return_index=True, return_inverse=True)
+    _, first, group = distinct(np.round(everything / EXACT_M))
     where = first[group[len(source) :]]
     return where < len(source), where
 
 
-def _moving_least_squares(
-    points: Points, source: Points, target: Points, reach_m: float, trust: npt.NDArray[np.float64] | None = None
-) -> Points:
-    """Rigid moving least squares; complex numbers stand for plane vectors."""
+def _nearness(points: Points, source: Points, reach_m: float) -> npt.NDArray[np.float64]:
+    """How much each control point (m, 2) has to say about each point (n, 2): (n, m)."""
+    (x, y), (u, v) = (points - source.mean(0)).T, (source - source.mean(0)).T
+    across, up = x[:, None] - u, y[:, None] - v
+    across *= across
+    up *= up
+    across += up
+    across += reach_m**2
+    across *= across
+    return np.asarray(np.divide(1.0, across, out=across))
+
+
+def _fitted(points: Points, source: Points, target: Points, weights: npt.NDArray[np.float64]) -> Points:
+    """Rigid moving least squares; complex numbers stand for plane vectors. `weights`: (points, control points)."""
     middle = source.mean(0)
     p, q, v = (a[:, 0] + 1j * a[:, 1] for a in (source - middle, target - middle, points - middle))
-    gap = v[:, None] - p[None]
-    w = 1.0 / (gap.real**2 + gap.imag**2 + reach_m**2) ** 2
-    if trust is not None:
-        w *= trust
-    w /= w.sum(1, keepdims=True)
+    w = weights / weights.sum(1, keepdims=True)
     p_mean, q_mean = w @ p, w @ q
     # sum of w conj(p - p_mean) (q - q_mean), multiplied out so that no array of all pairs is made
     turn = w @ (np.conj(p) * q) - np.conj(p_mean) * q_mean

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from stillroom.maps.geometry import Line, Point, Points, as_points
+from stillroom.maps.geometry import Line, Point, Points, as_points, distinct
 from stillroom.maps.grid import GridFrame
 from stillroom.maps.meta import MapMeta
 
@@ -141,7 +141,7 @@ class SemanticMap:
         lines = [as_points(divider.line) for divider in self.dividers] + [as_points(wall.line) for wall in self.walls]
         rings = [shapely.get_coordinates(room.polygon) for room in self.rooms]
         shapes = [as_points(shape) for shape in self._drawn_shapes()]
-        return np.unique(np.concatenate([frame.to_map(corners), *rings, *lines, *shapes]), axis=0)
+        return distinct(np.concatenate([frame.to_map(corners), *rings, *lines, *shapes]))[0]
 
     def _drawn_shapes(self) -> list[tuple[Point, ...]]:
         return [r.shape for r in self.restrictions] + [p.shape for p in self.phantoms]

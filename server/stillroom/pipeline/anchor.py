@@ -38,7 +38,7 @@ def carry_anchors(rooms: Sequence[Room], motion: Motion) -> list[Polygon | None]
     """Each room's anchor moved by the one rigid motion that most of the rooms make."""
     if not rooms:
         return []
-    here = np.concatenate([_boundary(room.polygon) for room in rooms])
+    here, _ = _boundaries([room.polygon for room in rooms])
     there = motion.apply(here)
     pose = fit_pose(here, there)
     for scale_m in np.geomspace(SCALE_M, TIGHT_M, ROUNDS).tolist():
@@ -51,8 +51,7 @@ def find_drift(rooms: Sequence[Room], params: Params) -> tuple[Drift, ...]:
     anchored = [(room, room.anchor) for room in rooms if room.anchor is not None]
     if all(_recall(anchor, room) >= params.drift_recall for room, anchor in anchored):
         return ()  # as they were carried: nothing to align
-    samples = [_boundary(anchor) for _, anchor in anchored]
-    pose = _together(samples, [room.polygon for room, _ in anchored])
+    pose = _together([anchor for _, anchor in anchored], [room.polygon for room, _ in anchored])
     aligned = [(room, moved(anchor, pose)) for room, anchor in anchored]
     found = [_drift(room, anchor, params) for room, anchor in aligned if _recall(anchor, room) < params.drift_recall]
     return tuple(drift for drift in found if drift.slid_m > 0 or drift.recall < params.shape_overlap)
@@ -66,9 +65,12 @@ def moved(polygon: Polygon, pose: Pose) -> Polygon:
     return shapely.transform(polygon, lambda points: pose.apply(as_points(points)))
 
 
-def _boundary(polygon: Polygon) -> Points:
-    """Places along a polygon's exterior, (n, 2)."""
-    return as_points(shapely.get_coordinates(shapely.segmentize(polygon.exterior, STEP_M)))
+def _boundaries(polygons: Sequence[Polygon]) -> tuple[Points, npt.NDArray[np.int64]]:
+    """Places along the polygons' exteriors, (n, 2), and on which each lies, (n,)."""
+    places, which = shapely.get_coordinates(
+        shapely.segmentize(shapely.get_exterior_ring(polygons), STEP_M), return_index=True
+    )
+    return as_points(places), which
 
 
 def _weights(offsets: Points, scale_m: float) -> npt.NDArray[np.float64]:
@@ -76,13 +78,15 @@ def _weights(offsets: Points, scale_m: float) -> npt.NDArray[np.float64]:
     return np.asarray(1.0 / (1.0 + (offsets**2).sum(1) / scale_m**2) ** 2)
 
 
-def _together(samples: Sequence[Points], polygons: Sequence[Polygon]) -> Pose:
+def _together(anchors: Sequence[Polygon], polygons: Sequence[Polygon]) -> Pose:
     """The rigid motion that brings all anchors' boundaries onto the rooms' (iteratively reweighted least squares)."""
     pose = Pose()
-    points = np.concatenate(samples)
+    places, which = _boundaries(anchors)
+    rings = shapely.get_exterior_ring(polygons)[which]
     for scale_m in np.geomspace(SCALE_M, TIGHT_M, ROUNDS).tolist():
-        here = pose.apply(points)
-        there = np.concatenate([_nearest(pose.apply(p), room) for p, room in zip(samples, polygons, strict=True)])
+        here = pose.apply(places)
+        nearest = shapely.get_coordinates(shapely.shortest_line(shapely.points(here), rings))
+        there = np.ascontiguousarray(nearest[1::2])
         pose = fit_pose(here, there, _weights(there - here, scale_m)).after(pose)
     return pose
 
@@ -93,9 +97,3 @@ def _drift(room: Room, anchor: Polygon, params: Params) -> Drift:
     recall, metres = _recall(anchor, room), float(np.hypot(x, y))
     slid = metres > params.drift_m and _recall(moved(anchor, Pose(x, y)), room) > recall + BETTER
     return Drift(room.id, recall * anchor.area / room.polygon.area, recall, metres if slid else 0.0)
-
-
-def _nearest(points: Points, polygon: Polygon) -> Points:
-    """The nearest place on a polygon's exterior to each point, both (n, 2)."""
-    lines = shapely.shortest_line(shapely.points(points), polygon.exterior)
-    return as_points(shapely.get_coordinates(lines)[1::2])

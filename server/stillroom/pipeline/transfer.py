@@ -196,12 +196,11 @@ def _attach_dividers(
     waiting = [d.id for d in dividers]
     resting = _resting(dividers)
     by_id = {d.id: d for d in dividers}
-    on_walls = shapely.buffer(
-        shapely.multilinestrings(line_strings([wall.line for wall in walls])), RESTS_M, quad_segs=2
-    )
-    corners = [end for d in dividers for end in d.line]
-    away = ~shapely.intersects_xy(on_walls, as_points(corners))
-    ends = [end for end, is_away in zip(corners, away, strict=True) if is_away]
+    ends = [end for d in dividers for end in d.line]
+    if len(set(ends)) < len(ends):
+        lines = shapely.multilinestrings(line_strings([wall.line for wall in walls]))
+        on_walls = shapely.intersects_xy(shapely.buffer(lines, RESTS_M, quad_segs=2), as_points(ends))
+        ends = [end for end, is_on_wall in zip(ends, on_walls, strict=True) if not is_on_wall]
     while waiting:
         now = next((d for d in waiting if not any(o in waiting for o in resting[d])), waiting[0])
         waiting.remove(now)
