@@ -1,8 +1,7 @@
 /** Drafts in the browser's keeping: one for each tab, taken over by another tab when its own is closed. */
 
 import { type Draft, isDirty, parseDraft } from "../map/draft";
-
-const PREFIX = "stillroom-draft";
+import { DRAFTS } from "./forgetting";
 
 export interface Keeper {
   /** What was kept; null: nothing. */
@@ -13,7 +12,7 @@ export interface Keeper {
 
 /** The draft that this tab had, else one whose tab is gone, else a new place for one. */
 export async function openKeeper(robot: string, map: string): Promise<Keeper> {
-  const start = `${PREFIX}:${robot}/${map}:`;
+  const start = `${DRAFTS}:${robot}/${map}:`;
   const kept = Object.keys(localStorage).filter((key) => key.startsWith(start));
   for (const key of kept) {
     const release = await hold(key);

@@ -66,7 +66,7 @@ function Password({ account, email }: { readonly account: Account; readonly emai
         submit={account.has_password ? words.change : words.set}
         pending={change.isPending}
         error={change.error}
-        problems={{ 403: words.wrong }}
+        problems={{ 403: words.wrong, 422: peopleTexts.weak }}
         onSubmit={() => change.mutate()}
       >
         <input type="email" autoComplete="username" value={email} readOnly hidden />

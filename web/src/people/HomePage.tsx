@@ -1,13 +1,13 @@
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
-import { useState } from "react";
 import { answered, api, type Schemas } from "../api/client";
 import { robotsQuery } from "../api/queries";
 import { Failure, Loading } from "../pages/states";
 import { PrivacySection } from "../privacy/PrivacySection";
 import { texts } from "../texts";
+import { Invite } from "./Invite";
 import { OwnRobots } from "./OwnRobots";
 import classes from "./People.module.css";
-import { Act, Choice, Field, Form, Section, Trouble } from "./parts";
+import { Act, Choice, Section, Trouble } from "./parts";
 import { done, householdQuery, type Role, waysQuery } from "./queries";
 import { peopleTexts } from "./texts";
 
@@ -101,34 +101,26 @@ function People({ household, mail }: { readonly household: Household; readonly m
       </ul>
       <Trouble error={change.error ?? withdraw.error ?? part.error} />
       <h3>{words.invite}</h3>
-      {mail ? <Invite /> : <p>{words.noMail}</p>}
+      {mail ? <InviteHome /> : <p>{words.noMail}</p>}
     </Section>
   );
 }
 
-function Invite() {
+function InviteHome() {
   const { home: words } = peopleTexts;
-  const queries = useQueryClient();
-  const [email, setEmail] = useState("");
-  const [role, setRole] = useState<Role>("member");
-  const invite = useMutation({
-    mutationFn: () => answered(api.POST("/api/v1/household/invitations", { body: { email, role } })),
-    onSuccess: () => setEmail(""),
-    onSettled: () => queries.invalidateQueries({ queryKey: householdQuery.queryKey }),
-  });
   return (
-    <Form
+    <Invite<Role, Household>
       label={words.invite}
       submit={words.send}
-      pending={invite.isPending}
-      error={invite.error}
-      problems={{ 409: words.already }}
-      onSubmit={() => invite.mutate()}
+      as={words.asRole}
+      options={words.role}
+      first="member"
+      problems={{ 409: words.already, 422: words.notInvited }}
+      invite={(email, role) => answered(api.POST("/api/v1/household/invitations", { body: { email, role } }))}
+      queryKey={householdQuery.queryKey}
     >
-      <Field label={peopleTexts.email} type="email" required value={email} onValue={setEmail} />
-      <Choice label={words.asRole} value={role} options={words.role} onValue={setRole} />
-      {invite.isSuccess && <p role="status">{words.sent(invite.data.invitations.at(-1)?.email ?? "")}</p>}
-    </Form>
+      {(_, email) => <p role="status">{words.sent(email)}</p>}
+    </Invite>
   );
 }
 

@@ -95,7 +95,7 @@ function OpenLink({ token, link }: { readonly token: string; readonly link: Sche
         submit={link.purpose === "reset" ? words.set : words.accept}
         pending={use.isPending}
         error={use.error}
-        problems={{ 404: words.gone }}
+        problems={{ 404: words.gone, 422: peopleTexts.weak }}
         onSubmit={() => use.mutate()}
       >
         {link.needs_password && (

@@ -4,6 +4,7 @@ import { answered, api, type Schemas } from "../api/client";
 import { Moment } from "../Moment";
 import { Failure, Loading } from "../pages/states";
 import { texts } from "../texts";
+import { Invite } from "./Invite";
 import classes from "./People.module.css";
 import { Act, Choice, Field, Form, Secret, Section, Trouble } from "./parts";
 import { type Account, accountsQuery, type Duty, done, invitationsQuery, type Robot, registryQuery } from "./queries";
@@ -39,7 +40,7 @@ export function OperatorPage({ email }: { readonly email: string | null }) {
         </ul>
         <Invitations />
         <h3>{words.invite}</h3>
-        <Invite />
+        <InviteAccount />
       </Section>
     </>
   );
@@ -224,29 +225,22 @@ function Invitations() {
   );
 }
 
-function Invite() {
+function InviteAccount() {
   const { operator: words } = peopleTexts;
-  const queries = useQueryClient();
-  const [email, setEmail] = useState("");
-  const [duty, setDuty] = useState<DutyChoice>("none");
-  const invite = useMutation({
-    mutationFn: () =>
-      answered(api.POST("/api/v1/accounts/invitations", { body: { email, duty: duty === "none" ? null : duty } })),
-    onSuccess: () => setEmail(""),
-    onSettled: () => queries.invalidateQueries({ queryKey: invitationsQuery.queryKey }),
-  });
   return (
-    <Form
+    <Invite<DutyChoice, Schemas["OneTimeLink"]>
       label={words.invite}
       submit={words.send}
-      pending={invite.isPending}
-      error={invite.error}
+      as={words.asDuty}
+      options={words.duty}
+      first="none"
       problems={{ 409: words.exists }}
-      onSubmit={() => invite.mutate()}
+      invite={(email, duty) =>
+        answered(api.POST("/api/v1/accounts/invitations", { body: { email, duty: duty === "none" ? null : duty } }))
+      }
+      queryKey={invitationsQuery.queryKey}
     >
-      <Field label={peopleTexts.email} type="email" required value={email} onValue={setEmail} />
-      <Choice<DutyChoice> label={words.asDuty} value={duty} options={words.duty} onValue={setDuty} />
-      {invite.data && <Handed link={invite.data} />}
-    </Form>
+      {(link) => <Handed link={link} />}
+    </Invite>
   );
 }

@@ -3,6 +3,7 @@ import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useEffect, useRef, useState } from "react";
 import { answered, api } from "../api/client";
 import { robotsQuery } from "../api/queries";
+import { forgetDrafts } from "../editor/forgetting";
 import classes from "./People.module.css";
 import { Act, Field, Form, Secret, Section, Trouble } from "./parts";
 import { peopleTexts } from "./texts";
@@ -52,7 +53,10 @@ function OwnRobot({ id, name, onGivenUp }: OwnRobotProps) {
   });
   const giveUp = useMutation({
     mutationFn: () => answered(api.POST("/api/v1/robots/{robot}/release", { params })),
-    onSuccess: ({ claim_code }) => onGivenUp(claim_code),
+    onSuccess: ({ claim_code }) => {
+      forgetDrafts(id);
+      onGivenUp(claim_code);
+    },
     onSettled: () => queries.invalidateQueries({ queryKey: ROBOTS }),
   });
   const kept = robot.data?.kept_from != null;

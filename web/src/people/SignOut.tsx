@@ -1,6 +1,7 @@
 import { Button } from "@mantine/core";
 import { useState } from "react";
 import { api } from "../api/client";
+import { forgetDrafts } from "../editor/forgetting";
 import { texts } from "../texts";
 import classes from "./People.module.css";
 
@@ -9,8 +10,10 @@ export function SignOut() {
   const signOut = async () => {
     const answer = await api.DELETE("/api/v1/session").catch(() => null);
     // A page that is loaded anew has nothing of the home in its memory.
-    if (answer && (answer.response.ok || answer.response.status === 401)) location.assign("/");
-    else setFailed(true);
+    if (answer && (answer.response.ok || answer.response.status === 401)) {
+      forgetDrafts();
+      location.assign("/");
+    } else setFailed(true);
   };
   return (
     <>

@@ -2,7 +2,7 @@
 
 import { queryOptions } from "@tanstack/react-query";
 import { answered, api, Problem, type Schemas } from "../api/client";
-import { texts } from "../texts";
+import { language, texts } from "../texts";
 import { peopleTexts } from "./texts";
 
 export type Session = Schemas["SessionDocument"];
@@ -67,5 +67,7 @@ export async function done(call: Promise<{ error?: unknown; response: Response }
 /** What went wrong, in the reader's language where that is known. `known`: by status. */
 export function said(error: Error, known: Readonly<Record<number, string>> = {}): string {
   if (!(error instanceof Problem)) return texts.problem.unknown;
-  return known[error.status] ?? peopleTexts.problems[error.status] ?? error.message;
+  const { problems, otherwise } = peopleTexts;
+  const reason = language === "en" ? undefined : otherwise[error.status];
+  return known[error.status] ?? problems[error.status] ?? reason ?? error.message;
 }

@@ -2,10 +2,11 @@ import { Button } from "@mantine/core";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useId, useState } from "react";
 import { answered, api } from "../api/client";
+import classes from "../people/People.module.css";
+import { Trouble } from "../people/parts";
 import { language } from "../texts";
 import { Kinds } from "./Kinds";
 import { done, type Settings, settingsQuery } from "./queries";
-import classes from "./Settings.module.css";
 import { settingsTexts } from "./texts";
 
 export function EmailSection({ email }: { readonly email: Settings["email"] }) {
@@ -60,11 +61,7 @@ export function EmailSection({ email }: { readonly email: Settings["email"] }) {
               )}
             </div>
           </form>
-          {error && (
-            <p className={classes.trouble} role="alert">
-              {error.message}
-            </p>
-          )}
+          <Trouble error={error} />
           <Kinds way="email" kinds={email.kinds} />
         </>
       )}

@@ -1,8 +1,9 @@
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { answered, api } from "../api/client";
+import classes from "../people/People.module.css";
+import { Trouble } from "../people/parts";
 import { KINDS, type Kind, settingsQuery } from "./queries";
-import classes from "./Settings.module.css";
 import { settingsTexts } from "./texts";
 
 interface KindsProps {
@@ -43,7 +44,7 @@ export function Kinds({ way, kinds }: KindsProps) {
       <p className="visually-hidden" role="status">
         {choose.isSuccess && settingsTexts.saved}
       </p>
-      {choose.error && <p role="alert">{choose.error.message}</p>}
+      <Trouble error={choose.error} />
     </fieldset>
   );
 }

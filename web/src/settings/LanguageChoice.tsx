@@ -1,9 +1,11 @@
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useId } from "react";
 import { answered, api } from "../api/client";
+import classes from "../people/People.module.css";
+import { Trouble } from "../people/parts";
 import { language } from "../texts";
 import { type Settings, settingsQuery } from "./queries";
-import classes from "./Settings.module.css";
+import own from "./Settings.module.css";
 import { settingsTexts } from "./texts";
 
 const LANGUAGES = ["en", "de"] as const;
@@ -19,10 +21,11 @@ export function LanguageChoice({ chosen }: { readonly chosen: Settings["language
   });
   const shown = (choose.isPending ? choose.variables : chosen) ?? language;
   return (
-    <div className={classes.language}>
+    <div className={own.language}>
       <label htmlFor={fieldId}>{settingsTexts.language}</label>
       <select
         id={fieldId}
+        className={classes.select}
         value={shown}
         onChange={({ currentTarget: { value } }) => {
           const wanted = LANGUAGES.find((one) => one === value);
@@ -38,7 +41,7 @@ export function LanguageChoice({ chosen }: { readonly chosen: Settings["language
       <p className="visually-hidden" role="status">
         {choose.isSuccess && settingsTexts.saved}
       </p>
-      {choose.error && <p role="alert">{choose.error.message}</p>}
+      <Trouble error={choose.error} />
     </div>
   );
 }

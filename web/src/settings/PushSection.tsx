@@ -3,10 +3,11 @@ import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useId } from "react";
 import { api } from "../api/client";
 import { Moment } from "../Moment";
+import classes from "../people/People.module.css";
+import { Trouble } from "../people/parts";
 import { Kinds } from "./Kinds";
 import { canPush, ownSubscription, PushDenied, subscribe, unsubscribe } from "./push";
 import { done, type Settings, settingsQuery } from "./queries";
-import classes from "./Settings.module.css";
 import { settingsTexts } from "./texts";
 
 const OWN = ["own push"];
@@ -54,11 +55,7 @@ export function PushSection({ push }: { readonly push: Settings["push"] }) {
           {words.start}
         </Button>
       )}
-      {error && (
-        <p className={classes.trouble} role="alert">
-          {error.message}
-        </p>
-      )}
+      <Trouble error={error} />
       {push.subscriptions.length > 0 && (
         <>
           <h3>{words.others}</h3>

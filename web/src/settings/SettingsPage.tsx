@@ -2,12 +2,12 @@ import { useQuery } from "@tanstack/react-query";
 import { Link } from "wouter";
 import { Failure, Loading } from "../pages/states";
 import { QUESTIONS_PATH } from "../paths";
+import classes from "../people/People.module.css";
 import { texts } from "../texts";
 import { EmailSection } from "./EmailSection";
 import { LanguageChoice } from "./LanguageChoice";
 import { PushSection } from "./PushSection";
 import { settingsQuery, webhooksQuery } from "./queries";
-import classes from "./Settings.module.css";
 import { settingsTexts } from "./texts";
 import { WebhooksSection } from "./WebhooksSection";
 

@@ -3,8 +3,10 @@ import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useId, useState } from "react";
 import { answered, api } from "../api/client";
 import { Moment } from "../Moment";
+import classes from "../people/People.module.css";
+import { Trouble } from "../people/parts";
 import { deliveriesQuery, done, type EventType, TYPES, type Webhook, webhooksQuery } from "./queries";
-import classes from "./Settings.module.css";
+import own from "./Settings.module.css";
 import { settingsTexts } from "./texts";
 
 export function WebhooksSection({ webhooks }: { readonly webhooks: readonly Webhook[] }) {
@@ -66,8 +68,8 @@ function WebhookItem({ webhook, secret, onSecret }: WebhookItemProps) {
       <p>
         <strong>{webhook.label || webhook.url}</strong> {webhook.enabled ? words.enabled : words.disabled}
       </p>
-      {webhook.label && <p className={classes.url}>{webhook.url}</p>}
-      <p className={classes.types}>{webhook.types.map((type) => words.type[type] ?? type).join(", ")}</p>
+      {webhook.label && <p className={classes.soft}>{webhook.url}</p>}
+      <p className={classes.soft}>{webhook.types.map((type) => words.type[type] ?? type).join(", ")}</p>
       {webhook.failures > 0 && <p className={classes.trouble}>{words.failing(webhook.failures)}</p>}
       {webhook.disabled_reason && <p className={classes.trouble}>{webhook.disabled_reason}</p>}
       {secret && (
@@ -75,11 +77,7 @@ function WebhookItem({ webhook, secret, onSecret }: WebhookItemProps) {
           {words.secret} <code>{secret}</code>
         </p>
       )}
-      {error && (
-        <p className={classes.trouble} role="alert">
-          {error.message}
-        </p>
-      )}
+      <Trouble error={error} />
       <div className={classes.actions}>
         <Button mih={40} variant="default" aria-expanded={open} onClick={() => setOpen(!open)}>
           {words.deliveries}
@@ -116,11 +114,11 @@ function Deliveries({ webhook }: { readonly webhook: string }) {
     onSettled: () => queries.invalidateQueries({ queryKey: deliveriesQuery(webhook).queryKey }),
   });
   const error = found.error ?? again.error;
-  if (error) return <p role="alert">{error.message}</p>;
+  if (error) return <Trouble error={error} />;
   if (!found.data) return null;
   if (found.data.items.length === 0) return <p>{words.noDeliveries}</p>;
   return (
-    <ol className={classes.deliveries} aria-label={words.deliveries}>
+    <ol className={own.deliveries} aria-label={words.deliveries}>
       {found.data.items.map(({ id, type, state, attempts, created_at, reason }) => (
         <li key={id} data-state={state}>
           <div>
@@ -199,11 +197,7 @@ function NewWebhook({ onMade }: { readonly onMade: (made: Made) => void }) {
           </label>
         ))}
       </fieldset>
-      {add.error && (
-        <p className={classes.trouble} role="alert">
-          {add.error.message}
-        </p>
-      )}
+      <Trouble error={add.error} />
       <Button type="submit" mih={44} disabled={types.length === 0} loading={add.isPending}>
         {words.add}
       </Button>

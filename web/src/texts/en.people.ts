@@ -7,10 +7,17 @@ export const peopleEn = {
     404: "It is not there any more.",
     429: "That was tried too often. Wait a little, then try again.",
   } as Readonly<Record<number, string>>,
+  /** In other languages than the service's own. */
+  otherwise: {
+    409: "It is there already, or somebody was faster.",
+    422: "This can't be used as it is. Please check what you typed.",
+    503: "The service can't do this at the moment. Please try again later.",
+  } as Readonly<Record<number, string>>,
   email: "E-mail address",
   password: "Password",
   newPassword: "New password",
   passwordHint: "At least 12 characters; a few words are easy to keep in mind.",
+  weak: "This password would be guessed soon: take a longer one, of words that are not your address.",
   signIn: {
     title: "Sign in",
     submit: "Sign in with the password",
@@ -125,6 +132,7 @@ export const peopleEn = {
     asRole: "As",
     send: "Send an invitation",
     sent: (email: string) => `An invitation is on its way to ${email}.`,
+    notInvited: "This is your own address, or too many invitations wait already.",
     already: "Belongs to your home already.",
     noMail: "This service sends no e-mail, so nobody can be invited. Ask who runs it.",
     others: "Homes that you belong to",
