@@ -146,10 +146,11 @@ def find_version(
     database: Database, robot_id: str, map_name: str, number: int | None = None
 ) -> tuple[MapRow, VersionRow]:
     with database.look() as tx:
-        found = maps.with_version(tx, robot_id, map_name, number)
-    found_map, row = found or (None, None)
-    of = _there(found_map, robot_id, map_name)
-    _head(of)
+        found, row = maps.in_force(tx, robot_id, map_name) or (None, None)
+        of = _there(found, robot_id, map_name)
+        head = _head(of)
+        if number is not None and number != head:
+            row = maps.version_at(tx, of.id, number)
     if row is None:
         raise NotFound(f"The map {map_name} of {robot_id} has no version {number}.")
     return of, row

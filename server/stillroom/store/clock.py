@@ -2,8 +2,12 @@
 
 import time
 from datetime import UTC, datetime
+from typing import Any
 
 import sqlalchemy as sa
+from sqlalchemy.ext.compiler import compiles
+from sqlalchemy.sql.compiler import SQLCompiler
+from sqlalchemy.sql.functions import FunctionElement
 
 from stillroom.store.database import Transaction
 from stillroom.store.tables import UtcDateTime
@@ -16,16 +20,40 @@ def now(tx: Transaction) -> datetime:
     return moment.astimezone(UTC)
 
 
-def moment(tx: Transaction) -> sa.ColumnElement[datetime]:
-    """`now` inside of another query."""
-    if tx.dialect.name != "postgresql":
-        return sa.literal(datetime.now(UTC), UtcDateTime)
-    return sa.func.clock_timestamp(type_=UtcDateTime)
+class _Moment(FunctionElement[datetime]):
+    type = UtcDateTime()
+    inherit_cache = True
 
 
-def seconds(tx: Transaction) -> sa.ColumnElement[float]:
-    """Since 1970, for use inside a query."""
-    if tx.dialect.name != "postgresql":
-        return sa.literal(time.time(), sa.Double)
-    # Of the statement and not of the moment, so that an index can be searched by it.
-    return sa.cast(sa.extract("epoch", sa.func.statement_timestamp()), sa.Double)
+MOMENT = _Moment()
+"""`now` inside of another query."""
+
+
+@compiles(_Moment)
+def _of_the_database(_element: _Moment, _compiler: SQLCompiler, **_more: Any) -> str:
+    return "clock_timestamp()"
+
+
+@compiles(_Moment, "sqlite")
+def _of_this_machine(element: _Moment, compiler: SQLCompiler, **more: Any) -> str:
+    now = sa.bindparam("moment", callable_=lambda: datetime.now(UTC), type_=element.type)
+    return compiler.process(now, **more)
+
+
+class _Seconds(FunctionElement[float]):
+    type = sa.Double()
+    inherit_cache = True
+
+
+SECONDS = _Seconds()
+"""Since 1970, inside of another query; of the statement and not of the moment, so that an index can be searched by it."""
+
+
+@compiles(_Seconds)
+def _of_the_statement(_element: _Seconds, _compiler: SQLCompiler, **_more: Any) -> str:
+    return "CAST(EXTRACT(epoch FROM statement_timestamp()) AS DOUBLE PRECISION)"
+
+
+@compiles(_Seconds, "sqlite")
+def _by_this_machine(element: _Seconds, compiler: SQLCompiler, **more: Any) -> str:
+    return compiler.process(sa.bindparam("seconds", callable_=time.time, type_=element.type), **more)

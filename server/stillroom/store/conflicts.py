@@ -42,6 +42,8 @@ _CONFLICT = (
     .outerjoin(ending, ending.c.conflict_id == conflict.c.id)
     .outerjoin(_later, _later.c.id == ending.c.mission_id)
 )
+# made once: making a statement takes as long as running it
+_STANDING = _CONFLICT.where(conflict.c.map_id == sa.bindparam("map_id"), ~_ended).order_by(conflict.c.id)
 _PROPOSAL = sa.select(*columns(proposal, ProposalRow))
 
 
@@ -133,7 +135,7 @@ def by_key(tx: Transaction, map_id: int, key: str) -> ConflictRow | None:
 
 def standing(tx: Transaction, map_id: int) -> Sequence[ConflictRow]:
     """Those of a map that nothing has ended, the oldest first."""
-    return _rows(tx, _CONFLICT.where(conflict.c.map_id == map_id, ~_ended).order_by(conflict.c.id))
+    return [as_row(ConflictRow, row) for row in tx.execute(_STANDING, {"map_id": map_id})]
 
 
 def last_told(tx: Transaction, map_id: int, place: str, resolved: bool) -> ConflictRow | None:

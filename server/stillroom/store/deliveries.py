@@ -188,7 +188,7 @@ def next_due(tx: Transaction) -> tuple[datetime | None, datetime]:
     """When something becomes due, None where nothing waits; and the time."""
     at = sa.case((receiver.c.resume_at > delivery.c.due_at, receiver.c.resume_at), else_=delivery.c.due_at)
     query = (
-        sa.select(sa.type_coerce(sa.func.min(at), delivery.c.due_at.type), clock.moment(tx))
+        sa.select(sa.type_coerce(sa.func.min(at), delivery.c.due_at.type), clock.MOMENT)
         .join(receiver, receiver.c.id == delivery.c.receiver_id)
         .where(_waiting, receiver.c.ended_at.is_(None))
     )

@@ -16,6 +16,9 @@ _LOCK = 0x57111
 """Keeps these locks apart from others of the same database."""
 
 
+_HOLD = sa.select(
+    sa.func.pg_advisory_xact_lock(sa.func.hashtextextended(robots.followers().c.name, sa.literal_column(str(_LOCK))))
+)
 NEWS = ("conflict", "mission", "version")
 """What people and their programs may want to be sent a message about."""
 Happened = tuple[str, Json]
@@ -30,8 +33,7 @@ def add(tx: Transaction, of: MapRow, happened: Sequence[Happened], now: datetime
     So their events are committed in the order of their ids, and who has seen one has missed none before it.
     """
     if tx.dialect.name == "postgresql":  # on SQLite there is one writer at a time
-        person = robots.followers(of.robot_id).c.name
-        tx.execute(sa.select(sa.func.pg_advisory_xact_lock(sa.func.hashtextextended(person, _LOCK))))
+        tx.execute(_HOLD, {"robot_id": of.robot_id})
     # Not as it was read before: the map's owner may have kept it when the robot was given up.
     robot_id = sa.select(map_.c.robot_id).where(map_.c.id == of.id).scalar_subquery()
     made = sa.insert(event).values(robot_id=robot_id).returning(event.c.id, sort_by_parameter_order=True)

@@ -28,17 +28,56 @@ class Claim:
     token: str
 
 
+# Statements of every mission are made once: making one takes as long as running it.
+_this = lane.c.map_id == sa.bindparam("of")
+_LOCK = sa.select(lane.c.claim).where(_this).with_for_update()
+_WAKE = sa.update(lane).where(_this, lane.c.ready_at.is_(None)).values(ready_at=clock.SECONDS)
+_TO_NEXT = sa.select(sa.func.min(lane.c.ready_at) - clock.SECONDS)
+_longest = (  # passing over those that another transaction holds
+    sa.select(lane.c.map_id)
+    .where(lane.c.ready_at <= clock.SECONDS)
+    .order_by(lane.c.ready_at)
+    .limit(1)
+    .with_for_update(skip_locked=True)
+    .scalar_subquery()
+)
+_TAKE = (
+    sa.update(lane)
+    .where(lane.c.map_id == _longest)
+    .values(claim=sa.bindparam("token"), ready_at=clock.SECONDS + LEASE_S)
+    .returning(lane.c.map_id)
+)
+_unfinished = mission.c.status != sa.literal_column(
+    "'done'"
+)  # as the index has it: a plan for any status could not use that
+_next_mission = (
+    sa.select(mission.c.id)
+    .where(mission.c.map_id == sa.bindparam("of"), _unfinished)
+    .order_by(mission.c.epoch, mission.c.sequence, mission.c.id)
+    .limit(1)
+)
+_BEGIN = (
+    sa.update(mission)
+    .where(mission.c.id == _next_mission.scalar_subquery())
+    .values(status="processing", attempts=mission.c.attempts + 1)
+    .returning(mission.c.id, mission.c.attempts)
+)
+_RELEASE = (
+    sa.update(lane)
+    .where(_this)
+    .values(claim=None, ready_at=sa.case((_next_mission.exists(), clock.SECONDS), else_=None))
+)
+
+
 def lock(tx: Transaction, map_id: int) -> str | None:
     """Holds the lane until the end of the transaction; answers with the token that claims it."""
-    row = tx.execute(sa.select(lane.c.claim).where(lane.c.map_id == map_id).with_for_update()).one()
-    token: str | None = row.claim
+    token: str | None = tx.execute(_LOCK, {"of": map_id}).one().claim
     return token
 
 
 def wake(tx: Transaction, map_id: int) -> None:
     """There is something to do; a lane that is claimed finds out when its worker is done. The lane must be locked."""
-    idle = lane.c.map_id == map_id, lane.c.ready_at.is_(None)
-    tx.execute(sa.update(lane).where(*idle).values(ready_at=clock.seconds(tx)))
+    tx.execute(_WAKE, {"of": map_id})
     tell(tx, Hint("work", map_id))
 
 
@@ -53,16 +92,10 @@ def claim(database: Database) -> Claim | None:
             return None
     token = uuid4().hex
     with database.write(durable=False) as tx:
-        map_id = tx.execute(_take(tx, token)).scalar()
+        map_id = tx.execute(_TAKE, {"token": token}).scalar()
         if map_id is None:
             return None
-        begin = (
-            sa.update(mission)
-            .where(mission.c.id == _next_mission(map_id).scalar_subquery())
-            .values(status="processing", attempts=mission.c.attempts + 1)
-            .returning(mission.c.id, mission.c.attempts)
-        )
-        begun = tx.execute(begin).first()
+        begun = tx.execute(_BEGIN, {"of": map_id}).first()
         if begun is None:
             tx.execute(sa.update(lane).where(lane.c.map_id == map_id).values(claim=None, ready_at=None))
             return None
@@ -73,7 +106,7 @@ def renew(database: Database, held: Claim) -> None:
     """Puts the end of the lease off, as long as the claim holds."""
     mine = lane.c.map_id == held.map_id, lane.c.claim == held.token
     with database.write(durable=False) as tx:
-        tx.execute(sa.update(lane).where(*mine).values(ready_at=clock.seconds(tx) + LEASE_S))
+        tx.execute(sa.update(lane).where(*mine).values(ready_at=clock.SECONDS + LEASE_S))
 
 
 def hand_back(database: Database, held: Claim) -> None:
@@ -83,15 +116,13 @@ def hand_back(database: Database, held: Claim) -> None:
             return
         untried = {"status": "queued", "attempts": mission.c.attempts - 1}
         tx.execute(sa.update(mission).where(mission.c.id == held.mission_id).values(**untried))
-        later = {"claim": None, "ready_at": clock.seconds(tx) + PAUSE_S}
+        later = {"claim": None, "ready_at": clock.SECONDS + PAUSE_S}
         tx.execute(sa.update(lane).where(lane.c.map_id == held.map_id).values(**later))
 
 
 def release(tx: Transaction, map_id: int) -> None:
     """Ends a claim: the lane is ready again where more missions wait. The lane must be locked."""
-    more = _next_mission(map_id).exists()
-    ready_at = sa.case((more, clock.seconds(tx)), else_=None)
-    tx.execute(sa.update(lane).where(lane.c.map_id == map_id).values(claim=None, ready_at=ready_at))
+    tx.execute(_RELEASE, {"of": map_id})
 
 
 @dataclass(frozen=True)
@@ -103,7 +134,7 @@ class Backlog:
 
 
 def backlog(tx: Transaction, most: int) -> Backlog:
-    some = sa.select(sa.literal(1)).select_from(mission).where(mission.c.status != "done").limit(most + 1)
+    some = sa.select(sa.literal(1)).select_from(mission).where(_unfinished).limit(most + 1)
     missions = tx.execute(sa.select(sa.func.count()).select_from(some.subquery())).scalar_one()
     ready_in = seconds_to_next(tx)
     return Backlog(missions, 0.0 if ready_in is None else max(-ready_in, 0.0))
@@ -111,36 +142,10 @@ def backlog(tx: Transaction, most: int) -> Backlog:
 
 def seconds_to_next(tx: Transaction) -> float | None:
     """Until a lane becomes ready (negative: it is); None where all rest."""
-    seconds: float | None = tx.execute(sa.select(sa.func.min(lane.c.ready_at) - clock.seconds(tx))).scalar()
+    seconds: float | None = tx.execute(_TO_NEXT).scalar()
     return seconds
-
-
-def _take(tx: Transaction, token: str) -> sa.Executable:
-    """Claims the lane that has been ready longest, passing over those that another transaction holds."""
-    now = clock.seconds(tx)
-    pick = (
-        sa.select(lane.c.map_id)
-        .where(lane.c.ready_at <= now)
-        .order_by(lane.c.ready_at)
-        .limit(1)
-        .with_for_update(skip_locked=True)
-        .scalar_subquery()
-    )
-    values = {"claim": token, "ready_at": now + LEASE_S}
-    return sa.update(lane).where(lane.c.map_id == pick).values(values).returning(lane.c.map_id)
-
-
-def _next_mission(map_id: int) -> sa.Select[int]:
-    return (
-        sa.select(mission.c.id)
-        .where(mission.c.map_id == map_id, mission.c.status != "done")
-        .order_by(mission.c.epoch, mission.c.sequence, mission.c.id)
-        .limit(1)
-    )
 
 
 def expire(tx: Transaction, map_id: int) -> None:
     """Ends a lease at once, for those who know that its worker is gone."""
-    tx.execute(
-        sa.update(lane).where(lane.c.map_id == map_id, lane.c.claim.is_not(None)).values(ready_at=clock.seconds(tx))
-    )
+    tx.execute(sa.update(lane).where(lane.c.map_id == map_id, lane.c.claim.is_not(None)).values(ready_at=clock.SECONDS))

@@ -37,13 +37,25 @@ def version_row(values: Sequence[Any]) -> VersionRow:
     return VersionRow(*row)
 
 
+# Statements of every mission are made once: making one takes as long as running it.
+_named = map_.c.robot_id == sa.bindparam("robot_id"), map_.c.name == sa.bindparam("name")
+_BY_ID = _MAP.where(map_.c.id == sa.bindparam("map_id"))
+_BY_NAME = _MAP.where(*_named)
+_IN_FORCE = (
+    _MAP.add_columns(*VERSION.selected_columns)
+    .outerjoin(version, sa.and_(version.c.map_id == map_.c.id, version.c.number == map_.c.head))
+    .where(*_named)
+)
+_AT_NOW = _BY_ID.add_columns(clock.MOMENT)
+_NUMBERED = VERSION.where(version.c.map_id == sa.bindparam("map_id"), version.c.number == sa.bindparam("number"))
+
+
 def get(tx: Transaction, map_id: int) -> MapRow:
-    return as_row(MapRow, tx.execute(_MAP.where(map_.c.id == map_id)).one())
+    return as_row(MapRow, tx.execute(_BY_ID, {"map_id": map_id}).one())
 
 
 def by_name(tx: Transaction, robot_id: str, name: str) -> MapRow | None:
-    query = _MAP.where(map_.c.robot_id == robot_id, map_.c.name == name)
-    return as_row_or_none(MapRow, tx.execute(query).first())
+    return as_row_or_none(MapRow, tx.execute(_BY_NAME, {"robot_id": robot_id, "name": name}).first())
 
 
 def of_robots(tx: Transaction, robot_ids: Sequence[str]) -> Sequence[MapRow]:
@@ -51,17 +63,9 @@ def of_robots(tx: Transaction, robot_ids: Sequence[str]) -> Sequence[MapRow]:
     return [as_row(MapRow, row) for row in tx.execute(query)]
 
 
-def with_version(
-    tx: Transaction, robot_id: str, name: str, number: int | None = None
-) -> tuple[MapRow, VersionRow | None] | None:
-    """The map of that name, with the version in force or a given one, where it has that."""
-    wanted = map_.c.head if number is None else sa.literal(number)
-    query = (
-        _MAP.add_columns(*VERSION.selected_columns)
-        .outerjoin(version, sa.and_(version.c.map_id == map_.c.id, version.c.number == wanted))
-        .where(map_.c.robot_id == robot_id, map_.c.name == name)
-    )
-    found = tx.execute(query).first()
+def in_force(tx: Transaction, robot_id: str, name: str) -> tuple[MapRow, VersionRow | None] | None:
+    """The map of that name, with its version in force, where it has one."""
+    found = tx.execute(_IN_FORCE, {"robot_id": robot_id, "name": name}).first()
     if found is None:
         return None
     middle = len(fields(MapRow))
@@ -71,7 +75,7 @@ def with_version(
 
 def at_now(tx: Transaction, map_id: int) -> tuple[MapRow, datetime]:
     """The map, and the time."""
-    *values, now = tx.execute(_MAP.add_columns(clock.moment(tx)).where(map_.c.id == map_id)).one()
+    *values, now = tx.execute(_AT_NOW, {"map_id": map_id}).one()
     return MapRow(*values), now
 
 
@@ -156,13 +160,13 @@ def add_version(
     number: int = tx.execute(added).scalar_one()
     if new.cause in BY_PEOPLE:
         tx.execute(sa.insert(unjudged).values(map_id=map_id, number=number))
-    in_force: dict[str, Any] = {"head": number}
+    changed: dict[str, Any] = {"head": number}
     used = _used_ids(of.used_ids, [new.used_ids])
     if used != of.used_ids:
-        in_force["used_ids"] = used
+        changed["used_ids"] = used
     if newest is not None and is_newer(of, *newest):
-        in_force |= zip(("epoch", "sequence"), newest, strict=True)
-    tx.execute(sa.update(map_).where(map_.c.id == map_id).values(**in_force))
+        changed |= zip(("epoch", "sequence"), newest, strict=True)
+    tx.execute(sa.update(map_).where(map_.c.id == map_id).values(**changed))
     _follow_rooms(tx, map_id, new)
     return number
 
@@ -210,7 +214,7 @@ def version_head(tx: Transaction, map_id: int, number: int) -> VersionHead | Non
 
 
 def version_at(tx: Transaction, map_id: int, number: int) -> VersionRow | None:
-    found = tx.execute(VERSION.where(version.c.map_id == map_id, version.c.number == number)).first()
+    found = tx.execute(_NUMBERED, {"map_id": map_id, "number": number}).first()
     return None if found is None else version_row(found)
 
 

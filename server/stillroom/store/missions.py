@@ -15,7 +15,12 @@ from stillroom.store.rows import Json, MapRow, MissionRow, as_row, as_row_or_non
 from stillroom.store.tables import map_, mission
 
 _MISSION = sa.select(*columns(mission, MissionRow))
-_WITH_MAP = _MISSION.add_columns(*columns(map_, MapRow)).join(map_, map_.c.id == mission.c.map_id)
+# made once: making a statement takes as long as running it
+_WITH_MAP = (
+    _MISSION.add_columns(*columns(map_, MapRow), clock.MOMENT)
+    .join(map_, map_.c.id == mission.c.map_id)
+    .where(mission.c.id == sa.bindparam("mission_id"))
+)
 
 
 @dataclass(frozen=True)
@@ -55,7 +60,7 @@ def add(tx: Transaction, new: NewMission, now: datetime) -> int:
 def add_unless_there(tx: Transaction, new: NewMission) -> int | None:
     """Its number, received now; None where the map has one of that id."""
     insert = (postgresql if tx.dialect.name == "postgresql" else sqlite).insert(mission)
-    added = insert.values(_values(new, clock.moment(tx))).on_conflict_do_nothing().returning(mission.c.id)
+    added = insert.values(_values(new, clock.MOMENT)).on_conflict_do_nothing().returning(mission.c.id)
     made: int | None = tx.execute(added).scalar()
     return made
 
@@ -70,8 +75,7 @@ def get(tx: Transaction, mission_id: int) -> MissionRow:
 
 def with_map(tx: Transaction, mission_id: int) -> tuple[MissionRow, MapRow, datetime]:
     """With the map that it is of, and the time."""
-    query = _WITH_MAP.add_columns(clock.moment(tx)).where(mission.c.id == mission_id)
-    row, of, (now,) = as_rows(tx.execute(query).one(), MissionRow, MapRow)
+    row, of, (now,) = as_rows(tx.execute(_WITH_MAP, {"mission_id": mission_id}).one(), MissionRow, MapRow)
     return row, of, now
 
 

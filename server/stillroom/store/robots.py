@@ -35,12 +35,17 @@ def add(tx: Transaction, row: RobotRow, token_hash: str, claim_code_hash: str) -
     )
 
 
+# Statements of every mission are made once: making one takes as long as running it.
+_BY_ID = _ROBOT.where(robot.c.id == sa.bindparam("robot_id"))
+_BY_TOKEN = _ROBOT.where(robot.c.token_hash == sa.bindparam("token_hash"))
+
+
 def get(tx: Transaction, robot_id: str) -> RobotRow | None:
-    return as_row_or_none(RobotRow, tx.execute(_ROBOT.where(robot.c.id == robot_id)).first())
+    return as_row_or_none(RobotRow, tx.execute(_BY_ID, {"robot_id": robot_id}).first())
 
 
 def by_token(tx: Transaction, token_hash: str) -> RobotRow | None:
-    return as_row_or_none(RobotRow, tx.execute(_ROBOT.where(robot.c.token_hash == token_hash)).first())
+    return as_row_or_none(RobotRow, tx.execute(_BY_TOKEN, {"token_hash": token_hash}).first())
 
 
 def of_map(tx: Transaction, map_id: int) -> RobotRow | None:
@@ -126,9 +131,9 @@ def map_ids(tx: Transaction, robot_id: str) -> Sequence[int]:
     return tx.execute(sa.select(map_.c.id).where(map_.c.robot_id == robot_id).order_by(map_.c.id)).scalars().all()
 
 
-def followers(robot_id: str) -> sa.Subquery:
-    """All whose streams of events show the robot, by name, in a fixed order; "" is whoever looks after what is nobody's."""
-    this = robot.c.id == robot_id
+def followers() -> sa.Subquery:
+    """All whose streams of events show the robot `robot_id`, by `name`, in a fixed order; "" is whoever looks after what is nobody's."""
+    this = robot.c.id == sa.bindparam("robot_id")
     owner = sa.select(sa.func.coalesce(robot.c.owner, "").label("name")).where(this)
     members = sa.select(membership.c.email).join(robot, robot.c.owner == membership.c.home).where(this)
     nobodys = sa.exists(sa.select(robot.c.id).where(this, robot.c.owner.is_(None)))

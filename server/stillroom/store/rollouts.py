@@ -119,10 +119,14 @@ def lock(tx: Transaction, rollout_id: int) -> RolloutRow:
     return as_row(RolloutRow, tx.execute(_ROLLOUT.where(rollout.c.id == rollout_id).with_for_update()).one())
 
 
+_IN_PLAY = _ROLLOUT.where(rollout.c.state.in_(("running", "successful")), rollout.c.withdrawn_at.is_(None)).order_by(
+    rollout.c.id.desc()
+)
+
+
 def in_play(tx: Transaction) -> Sequence[RolloutRow]:
     """The one that is running, and those that were successful and not withdrawn since; the newest first."""
-    query = _ROLLOUT.where(rollout.c.state.in_(("running", "successful")), rollout.c.withdrawn_at.is_(None))
-    return [as_row(RolloutRow, row) for row in tx.execute(query.order_by(rollout.c.id.desc()))]
+    return [as_row(RolloutRow, row) for row in tx.execute(_IN_PLAY)]
 
 
 def page(tx: Transaction, before: int | None, limit: int) -> Sequence[RolloutRow]:
@@ -154,14 +158,14 @@ def add_mission(
 ) -> None:
     """`is_to_run`: beside. A mission that is run again by hand is of the rollout anew."""
     tx.execute(sa.delete(rolled).where(rolled.c.rollout_id == rollout_id, rolled.c.mission_id == mission_id))
-    due = clock.seconds(tx) if is_to_run else None
+    due = clock.SECONDS if is_to_run else None
     values = {"rollout_id": rollout_id, "mission_id": mission_id, "stage": stage, "candidate": candidate}
     tx.execute(sa.insert(rolled).values(**values, due_at=due))
 
 
 def next_to_run(tx: Transaction) -> ToRun | None:
     """The mission that has waited longest to be run beside; whoever takes it has it for a minute."""
-    now = clock.seconds(tx)
+    now = clock.SECONDS
     pick = (
         sa.select(rolled.c.rollout_id, rolled.c.mission_id)
         .where(rolled.c.due_at <= now)
@@ -178,7 +182,7 @@ def next_to_run(tx: Transaction) -> ToRun | None:
 
 
 def is_any_to_run(tx: Transaction) -> bool:
-    query = sa.select(rolled.c.mission_id).where(rolled.c.due_at <= clock.seconds(tx)).limit(1)
+    query = sa.select(rolled.c.mission_id).where(rolled.c.due_at <= clock.SECONDS).limit(1)
     return tx.execute(query).first() is not None
 
 
