@@ -44,7 +44,7 @@ _longest = (  # passing over those that another transaction holds
 _TAKE = (
     sa.update(lane)
     .where(lane.c.map_id == _longest)
-    .values(claim=sa.bindparam("token"), ready_at=clock.SECONDS + LEASE_S)
+    .values(claim=sa.bindparam("token"), ready_at=clock.SECONDS + sa.bindparam("lease", type_=sa.Double()))
     .returning(lane.c.map_id)
 )
 _unfinished = mission.c.status != sa.literal_column(
@@ -92,7 +92,7 @@ def claim(database: Database) -> Claim | None:
             return None
     token = uuid4().hex
     with database.write(durable=False) as tx:
-        map_id = tx.execute(_TAKE, {"token": token}).scalar()
+        map_id = tx.execute(_TAKE, {"token": token, "lease": LEASE_S}).scalar()
         if map_id is None:
             return None
         begun = tx.execute(_BEGIN, {"of": map_id}).first()
