@@ -12,13 +12,14 @@ from stillroom.maps.grid import Cell, GridFrame, OccupancyGrid
 from stillroom.maps.meta import MetaOccupancy
 from stillroom.maps.semantics import Ids
 from stillroom.pipeline.creation import create_map
-from stillroom.pipeline.obstacles import band, classify_obstacles, corrected, filled, is_shut
+from stillroom.pipeline.obstacles import are_shut, band, classify_obstacles, corrected, covered, filled, room_cells
 from stillroom.pipeline.params import PARAMS
 from tests.drawing import paint, rectangle
 from tests.golden.homes import FOUR_ROOMS
 
 HOME = FOUR_ROOMS.grid
 BASE = create_map(HOME, "0", Ids())
+ROOMS = room_cells(BASE, HOME.frame)
 FRAME = GridFrame(0.05, 100, 60)
 
 
@@ -89,16 +90,32 @@ DOOR = ((1.2, 2.1), (2.0, 2.1))
 @pytest.mark.parametrize(("share", "shut"), [(0.0, False), (0.3, False), (0.8, True), (1.0, True)])
 def test_a_divider_is_shut_where_obstacles_cover_most_of_it(share: float, shut: bool) -> None:
     grid = paint(HOME, Cell.OCCUPIED, rectangle(1.2, 2.0, 1.2 + 0.8 * share, 2.2)) if share else HOME
-    assert is_shut(DOOR, grid, PARAMS) is shut
+    assert are_shut([DOOR], grid, PARAMS).tolist() == [shut]
 
 
 def test_a_door_leaf_a_little_aside_of_the_divider_shuts_it_and_a_wall_farther_off_does_not() -> None:
-    assert is_shut(DOOR, paint(HOME, Cell.OCCUPIED, rectangle(1.2, 2.2, 2.0, 2.25)), PARAMS)
-    assert not is_shut(DOOR, paint(HOME, Cell.OCCUPIED, rectangle(1.2, 2.6, 2.0, 2.65)), PARAMS)
+    assert are_shut([DOOR], paint(HOME, Cell.OCCUPIED, rectangle(1.2, 2.2, 2.0, 2.25)), PARAMS)
+    assert not are_shut([DOOR], paint(HOME, Cell.OCCUPIED, rectangle(1.2, 2.6, 2.0, 2.65)), PARAMS)
 
 
 def test_unexplored_cells_shut_nothing() -> None:
-    assert not is_shut(DOOR, paint(HOME, Cell.UNEXPLORED, rectangle(1.0, 1.8, 2.2, 2.4)), PARAMS)
+    assert not are_shut([DOOR], paint(HOME, Cell.UNEXPLORED, rectangle(1.0, 1.8, 2.2, 2.4)), PARAMS)
+
+
+def test_dividers_are_covered_together_as_each_is_alone() -> None:
+    grid = paint(HOME, Cell.OCCUPIED, rectangle(1.2, 2.2, 2.0, 2.25))
+    lines = [
+        DOOR,
+        ((0.5, 0.5), (0.5, 0.5)),
+        ((1.0, 2.0), (1.9, 2.4)),
+        ((1.6, 1.0), (1.6, 3.0)),
+        ((-3.0, 0.0), (9.0, 0.0)),
+    ]
+    alone = [covered([line], grid, PARAMS)[0] for line in lines]
+    assert covered(lines, grid, PARAMS).tolist() == alone
+    assert alone[:2] == [1.0, 0.0]
+    assert 0 < alone[3] < 1
+    assert covered([], grid, PARAMS).tolist() == []
 
 
 # -- wall or clutter -------------------------------------------------------------------------------------------------
@@ -106,7 +123,7 @@ def test_unexplored_cells_shut_nothing() -> None:
 
 def test_obstacles_near_tracked_walls_are_wall_and_those_inside_rooms_are_clutter() -> None:
     box = rectangle(2.0, 3.0, 2.6, 3.6)
-    obstacles = classify_obstacles(BASE, paint(HOME, Cell.OCCUPIED, box), (), PARAMS)
+    obstacles = classify_obstacles(BASE, ROOMS, paint(HOME, Cell.OCCUPIED, box), (), PARAMS)
     inside = paint(HOME, Cell.OCCUPIED, box).occupied & ~HOME.occupied
     assert obstacles.clutter[inside].all()
     assert not obstacles.wall[inside].any()
@@ -117,7 +134,7 @@ def test_obstacles_near_tracked_walls_are_wall_and_those_inside_rooms_are_clutte
 
 def test_meta_walls_are_wall_whatever_was_sensed_there() -> None:
     gap = rectangle(3.0, 2.0, 3.8, 2.2)
-    obstacles = classify_obstacles(BASE, paint(HOME, Cell.FREE, gap), (), PARAMS, [gap])
+    obstacles = classify_obstacles(BASE, ROOMS, paint(HOME, Cell.FREE, gap), (), PARAMS, [gap])
     cells = paint(_zeros(), Cell.OCCUPIED, gap).occupied
     assert obstacles.wall[cells].all()
     assert not obstacles.floor[cells].any()
@@ -132,8 +149,8 @@ def test_a_shut_door_is_no_wall() -> None:
     leaf = rectangle(1.2, 2.05, 2.0, 2.15)
     grid = paint(HOME, Cell.OCCUPIED, leaf)
     cells = paint(_zeros(), Cell.OCCUPIED, leaf).occupied
-    assert not classify_obstacles(BASE, grid, (door.id,), PARAMS).wall[cells].any()
-    assert classify_obstacles(BASE, grid, (), PARAMS).wall[cells].any()
+    assert not classify_obstacles(BASE, ROOMS, grid, (door.id,), PARAMS).wall[cells].any()
+    assert classify_obstacles(BASE, ROOMS, grid, (), PARAMS).wall[cells].any()
 
 
 @given(st.integers(0, 2**32))
@@ -142,7 +159,7 @@ def test_classification_alters_no_cell(seed: int) -> None:
     cells = np.where(rng.random(HOME.cells.shape) < 0.05, rng.integers(0, 3, HOME.cells.shape), HOME.cells)
     grid = OccupancyGrid(HOME.frame, cells.astype(np.uint8))
     before = grid.cells.copy()
-    obstacles = classify_obstacles(BASE, grid, (), PARAMS)
+    obstacles = classify_obstacles(BASE, ROOMS, grid, (), PARAMS)
     assert (grid.cells == before).all()
     assert not (obstacles.wall & obstacles.floor).any()
     assert grid.frame.origin == Pose(*grid.frame.to_map(np.zeros((1, 2)))[0].tolist())

@@ -102,4 +102,7 @@ def fit_pose(source: Points, target: Points, weights: npt.NDArray[np.float64] | 
 def polygons_in(geometry: shapely.Geometry | Sequence[shapely.Geometry]) -> list[Polygon]:
     """The polygons in any geometry or geometries."""
     parts = shapely.get_parts(shapely.get_parts(geometry))
-    return [part for part in parts if isinstance(part, Polygon) and not part.is_empty]
+    found: list[Polygon] = parts[
+        (shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & ~shapely.is_empty(parts)
+    ].tolist()
+    return found

@@ -84,7 +84,7 @@ def discover(attempt: Attempt, declined: Sequence[Declined], params: Params) -> 
 def new_floor(transfer: Transfer, params: Params) -> list[Polygon]:
     """The parts of the floor that no tracked room covered, too wide to be jitter."""
     frame = transfer.grid.frame
-    beyond = transfer.obstacles.floor & ~filled([room.polygon for room in transfer.tracked.rooms], frame)
+    beyond = transfer.obstacles.floor & ~transfer.before
     narrow = cv2.erode(
         beyond.view(np.uint8), np.ones((3, 3), np.uint8), iterations=int(JITTER_M / 2 / frame.resolution)
     )

@@ -52,6 +52,13 @@ class Outline:
         """What dividers end on: the outline and other dividers."""
         return shapely.multilinestrings(np.concatenate([self._rings, line_strings(others)]))
 
+    def touches(self, places: npt.NDArray[np.object_], others: Sequence[Line]) -> npt.NDArray[np.bool_]:
+        """Which of the places, (n,), lie on the outline or on other dividers."""
+        return np.asarray(
+            shapely.dwithin(self._walls, places, TOUCH_M)
+            | shapely.dwithin(shapely.multilinestrings(line_strings(others)), places, TOUCH_M)
+        )
+
     @cached_property
     def boundary(self) -> shapely.Geometry:
         return shapely.boundary(self.floor)
@@ -74,6 +81,13 @@ class Outline:
     def tree(self) -> shapely.STRtree:
         """Of the doorposts."""
         return shapely.STRtree(shapely.linestrings(self.doorposts))
+
+    @cached_property
+    def _walls(self) -> shapely.Geometry:
+        """The outline, prepared to be asked often."""
+        walls = shapely.multilinestrings(self._rings)
+        shapely.prepare(walls)
+        return walls
 
     @cached_property
     def _rings(self) -> npt.NDArray[np.object_]:
@@ -100,9 +114,10 @@ def attach(
     barriers = outline.barriers(others)
     stations = _crossings(ends[0], along, length, barriers, reach_m)
     moved = ends.copy()
+    ways = shapely.get_coordinates(shapely.shortest_line(shapely.points(ends), barriers)).reshape(2, 2, 2)
     for end, (at, inward) in enumerate(((0.0, 1.0), (length, -1.0))):
-        near = shapely.get_coordinates(shapely.shortest_line(shapely.Point(ends[end]), barriers))
-        gap = float(np.hypot(*(near[1] - near[0]))) if len(near) else np.inf
+        near = ways[end]
+        gap = float(np.hypot(*(near[1] - near[0])))
         station = _crossing(stations, at, inward, length, reach_m, nearest=tracked)
         if gap < TOUCH_M or (gap <= reach_m and (station is None or _detour(tracked, abs(station - at), gap))):
             moved[end] = near[1]
@@ -112,9 +127,7 @@ def attach(
             return Adrift(end, gap)
     placed = as_line(_on_grid(moved, barriers))
     within = as_points(placed)[0] + STATIONS[:, None] * (as_points(placed)[1] - as_points(placed)[0])
-    dividing = shapely.contains_xy(outline.floor, within) & (
-        shapely.distance(shapely.points(within), barriers) > TOUCH_M
-    )
+    dividing = shapely.contains_xy(outline.floor, within) & ~outline.touches(shapely.points(within), others)
     on_floor = dividing.mean() * np.hypot(*(moved[1] - moved[0]))
     if (moved[1] - moved[0]) @ along < SHORTEST_M or on_floor < SHORTEST_M:
         return Adrift(1, 0.0)

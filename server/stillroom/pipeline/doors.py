@@ -16,9 +16,11 @@ def remember_doors(transfer: Transfer, params: Params) -> Transfer:
             return divider
         if divider.id in transfer.shut_dividers:
             return replace(divider, shut="once")
+        if divider.shut == "never":
+            return divider
         there = len(divider.rooms) > 1 and set(divider.rooms) <= transfer.visited
-        open_ = there and covered(divider.line, transfer.grid, params) < params.door_open
-        return replace(divider, shut="asked") if divider.shut == "once" and open_ else divider
+        open_ = there and covered([divider.line], transfer.grid, params)[0] < params.door_open
+        return replace(divider, shut="asked") if open_ else divider
 
     candidate = transfer.candidate
     return replace(transfer, candidate=replace(candidate, dividers=tuple(seen(d) for d in candidate.dividers)))

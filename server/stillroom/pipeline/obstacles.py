@@ -33,6 +33,7 @@ def corrected(grid: OccupancyGrid, occupancy: Sequence[MetaOccupancy]) -> Occupa
 
 def classify_obstacles(
     tracked: SemanticMap,
+    inside: Mask,
     grid: OccupancyGrid,
     shut: Sequence[str],
     params: Params,
@@ -41,10 +42,9 @@ def classify_obstacles(
     """Obstacles near a tracked room boundary are wall, those inside tracked rooms are clutter; the others are judged by their shape.
 
     What the robot did not see inside a tracked room still is floor; a shut door is an obstacle that moves, not a wall.
-    `meta_walls` are wall whatever was sensed there.
+    `inside`: the cells of the tracked rooms. `meta_walls` are wall whatever was sensed there.
     """
     frame, cell = grid.frame, grid.frame.resolution
-    inside = filled([room.polygon for room in tracked.rooms], frame)
     # where a meta-divider stood and the robot senses something now, the wall is back
     boundary = [as_points(w.line) for w in tracked.walls] + [as_points(d.line) for d in tracked.meta.dividers]
     near = band(boundary, params.wall_classification_m, frame)
@@ -89,6 +89,11 @@ def filled(polygons: Sequence[Polygon], frame: GridFrame) -> Mask:
     return mask > 0
 
 
+def room_cells(semantic_map: SemanticMap, frame: GridFrame) -> Mask:
+    """Cells of the rooms."""
+    return filled([room.polygon for room in semantic_map.rooms], frame)
+
+
 def band(lines: Sequence[Points], reach_m: float, frame: GridFrame) -> Mask:
     """Cells within `reach_m` of one of the lines."""
     mask = np.zeros((frame.height, frame.width), np.uint8)
@@ -110,7 +115,7 @@ def _spurs(mask: Mask, cells: float) -> Mask:
     _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
     short = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) < cells
     short[0] = False
-    return np.asarray(short[labels])
+    return np.asarray(np.take(short, np.asarray(labels, np.int32)))
 
 
 def _furniture(obstacles: Mask, near: Mask, along: Mask, params: Params, cell: float) -> Mask:
@@ -119,15 +124,16 @@ def _furniture(obstacles: Mask, near: Mask, along: Mask, params: Params, cell: f
     `along` is the band of cells in which walls are expected. What touches furniture there belongs to it, or else the slice of a cupboard
     that is next to the wall would become wall, and with the next mission the next slice.
     """
-    _, labels, stats, _ = cv2.connectedComponentsWithStats((obstacles & ~along).view(np.uint8), connectivity=8)
+    _, found, stats, _ = cv2.connectedComponentsWithStats((obstacles & ~along).view(np.uint8), connectivity=8)
+    labels = np.asarray(found, np.int32)
     longest = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
     large = np.zeros(len(stats), bool)
     large[labels[obstacles & ~along & ~near]] = True
     small = (longest < params.wall_spur_m / cell) & ~large
     large[0] = small[0] = False
     reach = 2 * (round(params.wall_offset_m / cell) + 1) + 1
-    grown = cv2.dilate(large[labels].view(np.uint8), np.ones((reach, reach), np.uint8)) > 0
-    return np.asarray(small[labels] | (grown & obstacles))
+    grown = cv2.dilate(large.take(labels).view(np.uint8), np.ones((reach, reach), np.uint8)) > 0
+    return np.asarray(small.take(labels) | (grown & obstacles))
 
 
 def _bridged(gaps: Sequence[Gap], frame: GridFrame, params: Params) -> Mask:
@@ -149,22 +155,26 @@ def _doorway(line: Line, reach_m: float) -> Polygon:
     return shapely.buffer(shapely.LineString(line), reach_m, cap_style="flat")
 
 
-def is_shut(line: Line, grid: OccupancyGrid, params: Params) -> bool:
-    """Whether obstacles cover most of a divider."""
-    return covered(line, grid, params) > params.door_cover
+def are_shut(lines: Sequence[Line], grid: OccupancyGrid, params: Params) -> Mask:
+    """Which dividers obstacles cover for the most part, (n,)."""
+    return covered(lines, grid, params) > params.door_cover
 
 
-def covered(line: Line, grid: OccupancyGrid, params: Params) -> float:
-    """Share of a divider on which obstacles lie, ends apart."""
-    ends = as_points(line)
-    along = ends[1] - ends[0]
-    length = float(np.hypot(*along))
-    if length < grid.frame.resolution:
-        return 0.0
-    normal = np.array([-along[1], along[0]]) / length
+def covered(lines: Sequence[Line], grid: OccupancyGrid, params: Params) -> npt.NDArray[np.float64]:
+    """Share of each divider on which obstacles lie, ends apart, (n,)."""
     cell = grid.frame.resolution
-    stations = ends[0] + np.linspace(0.1, 0.9, max(3, round(length / cell)))[:, None] * along
+    ends = np.array(lines, dtype=np.float64).reshape(-1, 2, 2)
+    along = ends[:, 1] - ends[:, 0]
+    length = np.hypot(*along.T)
+    normal = np.stack([-along[:, 1], along[:, 0]], 1) / np.maximum(length, 1e-9)[:, None]
+    count = np.maximum(3, np.round(length / cell)).astype(np.int64)
+    line = np.repeat(np.arange(len(lines)), count)
+    number = np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)
+    share = number * (0.8 / (count - 1))[line] + 0.1
+    share[np.cumsum(count) - 1] = 0.9
+    stations = ends[line, 0] + share[:, None] * along[line]
     depth = np.arange(-params.door_thickness_m, params.door_thickness_m + cell / 2, cell)
-    at = stations[:, None] + depth[None, :, None] * normal
+    at = stations[:, None] + depth[None, :, None] * normal[line][:, None]
     occupied = look_up(grid.occupied, grid.frame.to_cells(at.reshape(-1, 2)).reshape(at.shape), False)
-    return float(occupied.any(1).mean())
+    found = np.bincount(line, occupied.any(1), minlength=len(lines)) / count
+    return np.asarray(np.where(length < cell, 0.0, found))

@@ -12,13 +12,13 @@ import shapely
 from shapely import MultiPolygon, Polygon
 
 from stillroom.maps.geometry import Line, Point, Points, as_line, as_points, as_tuples, line_strings, polygons_in
-from stillroom.maps.grid import GridFrame, OccupancyGrid, look_up
+from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid, look_up
 from stillroom.maps.meta import MapMeta, MetaDivider
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Divider, Ids, Room, SemanticMap, Wall
 from stillroom.pipeline.anchor import carry_anchors
 from stillroom.pipeline.dividers import Adrift, Outline, attach, attach_path, centre
-from stillroom.pipeline.obstacles import SUBPIXEL, classify_obstacles, corrected, drawn, filled, is_shut
+from stillroom.pipeline.obstacles import SUBPIXEL, are_shut, classify_obstacles, corrected, drawn, filled, room_cells
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.phantoms import carry_phantoms, without_phantoms
 from stillroom.pipeline.rooms import absorb, new_rooms, overlaps, partition, rooms_beside
@@ -41,6 +41,8 @@ class Transfer:
     tracked: SemanticMap
     candidate: SemanticMap
     grid: OccupancyGrid
+    before: Mask
+    """The cells of the tracked rooms."""
     obstacles: Obstacles
     floor: MultiPolygon
     """What the candidate's rooms are cut from."""
@@ -107,10 +109,13 @@ def transfer_semantics(
     found = tuple(replace(divider, id=id_) for id_, divider in zip(fresh_ids, drawn_in, strict=True))
     sensed = without_phantoms(grid, tracked.phantoms)
     grid = corrected(sensed, meta.occupancy)
-    shut = tuple(d.id for d in tracked.dividers if is_shut(d.line, sensed, params))
+    is_shut = are_shut([d.line for d in tracked.dividers], sensed, params)
+    shut = tuple(d.id for d, cannot_pass in zip(tracked.dividers, is_shut, strict=True) if cannot_pass)
     meta_walls = [o.polygon for o in meta.occupancy if o.cell == "occupied"]
-    obstacles = classify_obstacles(tracked, grid, shut, params, meta_walls)
-    floor = _worth(outline(obstacles.floor, grid.frame, params, smallest_m2=params.face_area_m2), tracked, grid, params)
+    before = room_cells(tracked, grid.frame)
+    obstacles = classify_obstacles(tracked, before, grid, shut, params, meta_walls)
+    whole = outline(obstacles.floor, grid.frame, params, smallest_m2=params.face_area_m2)
+    floor = _worth(whole, tracked, before, grid, params)
     border = Outline(floor)
     dividers, lost = _attach_dividers((*tracked.dividers, *found), tracked.walls, border, params)
     meta = replace(meta, dividers=_attach_meta(meta.dividers, dividers, border, params))
@@ -141,16 +146,17 @@ def transfer_semantics(
         ids=ids,
     )
     lost = tuple(d for d in lost if d not in fresh_ids)
-    return Transfer(tracked, candidate, grid, obstacles, floor, lost, shut, fresh, visited)
+    return Transfer(tracked, candidate, grid, before, obstacles, floor, lost, shut, fresh, visited)
 
 
-def _worth(floor: MultiPolygon, tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> MultiPolygon:
-    """The parts of the floor that were rooms, or are large enough and enclosed enough to become one."""
-    rooms = filled([room.polygon for room in tracked.rooms], grid.frame)
+def _worth(
+    floor: MultiPolygon, tracked: SemanticMap, before: Mask, grid: OccupancyGrid, params: Params
+) -> MultiPolygon:
+    """The parts of the floor that were rooms, the cells `before`, or are large enough and enclosed enough to become one."""
 
     def is_known(part: Polygon) -> bool:
         cells = filled([part], grid.frame)
-        return bool((cells & rooms).sum() >= NEW_SHARE * cells.sum())
+        return bool((cells & before).sum() >= NEW_SHARE * cells.sum())
 
     def is_room(part: Polygon) -> bool:
         return part.area >= params.room_area_m2 and enclosure(part, tracked, grid, params) >= params.room_enclosure

@@ -134,7 +134,7 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
     # a little more, or edges on the very border would be cut by rounding errors
     extent = shapely.box(left - EDGE, bottom - EDGE, left + width + EDGE, bottom + height + EDGE)
     parts: list[Polygon] = []
-    for k, whole in enumerate(_straightened(around, cell, params)):
+    for k, whole in enumerate(_straightened(around, cell, params, smallest_m2)):
         if holes.get(k):
             pillar_area = shapely.union_all(holes[k], grid_size=GRID_M)
             whole = polygons_in(shapely.difference(whole, pillar_area, grid_size=GRID_M))
@@ -152,7 +152,7 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
 def _area(ring: Corners) -> float:
     """Cells that a ring encloses, negative where it runs clockwise."""
     x, y = ring.T
-    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) / 2
+    return float(x[:-1] @ y[1:] - x[1:] @ y[:-1] + x[-1] * y[0] - x[0] * y[-1]) / 2
 
 
 def _parts_of(holes: list[Corners], around: list[Corners]) -> list[int]:
@@ -186,8 +186,13 @@ def _apart(parts: list[Polygon]) -> list[Polygon]:
     return [part for part in parts if not part.is_empty]
 
 
-def _straightened(borders: Sequence[Corners], cell: float, params: Params) -> list[list[Polygon]]:
-    """Each border of the floor as valid polygons in continuous cell coordinates, mostly one. `cell`: metres."""
+def _straightened(
+    borders: Sequence[Corners], cell: float, params: Params, smallest_m2: float = 0.0
+) -> list[list[Polygon]]:
+    """Each border of the floor as valid polygons in continuous cell coordinates, mostly one. `cell`: metres.
+
+    There are many specks: what is too small for straight edges, and below `smallest_m2`, is left out.
+    """
     tolerance = max(params.outline_tolerance_m / cell, 1.1)
     rings = _bulged(borders)
     found: dict[int, list[Polygon]] = {}
@@ -200,7 +205,10 @@ def _straightened(borders: Sequence[Corners], cell: float, params: Params) -> li
         for i in np.flatnonzero(count >= 4).tolist():
             at = corners[stop[i] - count[i] : stop[i], 2].astype(np.int64)
             found[left[i]] = _fitted(borders[left[i]], at, finer, cell)
-    return [found.get(k) or polygons_in(shapely.make_valid(Polygon(border))) for k, border in enumerate(borders)]
+    for k, border in enumerate(borders):
+        if not found.get(k) and abs(_area(border)) * cell**2 >= smallest_m2:
+            found[k] = polygons_in(shapely.make_valid(Polygon(border)))
+    return [found.get(k, []) for k in range(len(borders))]
 
 
 def _fitted(border: Corners, at: npt.NDArray[np.int64], tolerance: float, cell: float) -> list[Polygon]:
