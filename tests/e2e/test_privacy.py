@@ -44,6 +44,12 @@ def test_an_owner_saves_deletes_and_brings_in_a_home(
     expect(page.get_by_role("status").filter(has_text="Deleted: 1 map, 1 mission.")).to_be_visible()
     page.get_by_label("Bring saved maps into Paulas").set_input_files(saved)
     expect(page.get_by_role("status").filter(has_text="Brought in: 1 map, 1 version.")).to_be_visible()
+    with page.expect_download() as download:
+        page.get_by_role("link", name="Save everything of the home").click()
+    download.value.save_as(tmp_path / "home.zip")
+    assert "robots/1/maps/1/map.json" in zipfile.ZipFile(tmp_path / "home.zip").namelist()
+    page.get_by_label("Bring a saved home in").set_input_files(tmp_path / "home.zip")
+    expect(page.get_by_text("The robot has a map of this name already.")).to_be_visible()
     page.get_by_role("combobox", name="How long what the robots sensed is kept").select_option("30")
     expect(page.get_by_text("deleted 30 days after it came")).to_be_visible()
     page.get_by_role("button", name="Keep it so long").click()

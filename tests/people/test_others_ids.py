@@ -35,6 +35,7 @@ def test_nobody_reads_or_changes_what_has_the_id_of_anothers(service: Service) -
 
 LISTS = (
     "/api/v1/webhooks",
+    "/api/v1/notifications",
     "/api/v1/account/tokens",
     "/api/v1/account/sessions",
     "/api/v1/household",
@@ -53,7 +54,15 @@ def _anns_things(service: Service, ann: Browser) -> Json:
     assert asked.status_code == 201, asked.text
     with posting(service):
         home = ann.post("/api/v1/household/invitations", email="mel@example.org", role="member").json()
+    keys = {
+        "p256dh": "BCVxsr7N_eNgVRqvHtD0zTZsEc6-VV-JvLexhqUzORcxaOzi6-AYWXvTBHm4bjyPjs7Vd8pZGH6SRpkNtoIAiw4",
+        "auth": "BTBZMqHH6r4Tts7J_aSIgg",
+    }
+    push = "/api/v1/notifications/push/subscriptions"
+    browser = ann.post(push, endpoint="https://push.example.org/ann", keys=keys, label="")
+    assert browser.status_code == 201, browser.text
     return {
+        "subscription": browser.json()["id"],
         "webhook": hook.json()["id"],
         "delivery": delivery.json()["id"],
         "grant": asked.json()["id"],
@@ -78,6 +87,9 @@ def _calls(things: Json) -> list[tuple[str, str, Json | None]]:
         ("DELETE", f"/api/v1/account/tokens/{things['token']}", None),
         ("DELETE", f"/api/v1/account/sessions/{things['session']}", None),
         ("DELETE", f"/api/v1/household/invitations/{things['invitation']}", None),
+        ("DELETE", f"/api/v1/notifications/push/subscriptions/{things['subscription']}", None),
+        ("POST", f"/api/v1/notifications/push/subscriptions/{things['subscription']}/test", None),
+        ("GET", "/api/v1/robots/anns/archive", None),
         ("GET", "/api/v1/robots/anns", None),
         ("PATCH", "/api/v1/robots/anns", {"name": "Mine"}),
         ("POST", "/api/v1/robots/anns/token", None),

@@ -105,7 +105,7 @@ function Log({ robot }: { readonly robot: string }) {
       {log.data.items.map((entry) => (
         <li key={`${entry.at}${entry.who}${entry.what}`}>
           <p>
-            <strong>{entry.who.replace(/^user:/, "")}</strong> {words.did[entry.did]} {entry.what}
+            <strong>{entry.who.replace(/^user:/, "")}</strong> {words.did[entry.did]} {thing(entry.what)}
             {words.times(entry.times)}
           </p>
           <p className={classes.soft}>
@@ -115,6 +115,12 @@ function Log({ robot }: { readonly robot: string }) {
       ))}
     </ul>
   );
+}
+
+/** In the reader's language; what the robot calls a floor stays as it is. */
+function thing(what: string): string {
+  const [, floor = "", called = what] = /^([^:]*: )(.*)$/.exec(what) ?? [];
+  return floor + (words.things[called.split(" ")[0] ?? ""] ?? called);
 }
 
 function EraseHome({ email }: { readonly email: string }) {
