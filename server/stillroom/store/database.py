@@ -147,6 +147,7 @@ def _postgresql_engine(url: sa.URL) -> sa.Engine:
         url,
         pool_size=20,
         max_overflow=20,
+        pool_use_lifo=True,  # the one that was used last knows its statements best
         connect_args=connect,
         isolation_level="READ COMMITTED",
         skip_autocommit_rollback=True,
