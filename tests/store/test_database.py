@@ -66,6 +66,15 @@ def test_all_that_a_reader_sees_is_of_one_moment(database: Database) -> None:
         assert robots.get(reader, "RB-1") is None
 
 
+def test_who_only_looks_sees_what_was_committed_meanwhile(database: Database) -> None:
+    if not database.is_postgresql:
+        pytest.skip("readers of SQLite cost nothing more")
+    with database.look() as tx:
+        assert robots.get(tx, "RB-1") is None
+        assert add(database, "RB-1")
+        assert robots.get(tx, "RB-1") is not None
+
+
 def test_a_reader_cannot_write(database: Database) -> None:
     with pytest.raises((sa.exc.DBAPIError, Unavailable)), database.read() as tx:
         robots.add(tx, row("RB-1"), "t", "")
