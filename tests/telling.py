@@ -116,13 +116,6 @@ def silent() -> Iterator[int]:
         yield port
 
 
-def port_of_nobody() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
-
-
 @dataclass
 class Names:
     """Stands for the DNS: what each name resolves to, one answer after the other; the last stays."""

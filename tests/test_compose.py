@@ -22,6 +22,7 @@ import yaml
 
 from tests import object_store, postgresql
 from tests.homes import ORIGIN, RESOLUTION, home, png
+from tests.ports import free_ports
 
 ROOT = Path(__file__).parents[1]
 PINNED = re.compile(r"[a-z0-9./-]+:\d+\.\d+[a-z0-9.-]*")
@@ -58,7 +59,7 @@ def test_the_base_images_are_pinned(image: str) -> None:
 
 def test_the_whole_stack_serves_a_mission_through_the_proxy(compose: dict[str, Any], tmp_path_factory: Any) -> None:
     services, folder = compose["services"], Path(tmp_path_factory.mktemp("compose"))
-    (port, *ports) = object_store.free_ports(12)
+    (port, *ports) = free_ports(12)
     proxy, server1, server2, s3 = ports[:4]
     addresses = {"server1:8000": f"127.0.0.1:{server1}", "server2:8000": f"127.0.0.1:{server2}", ":8080": f":{proxy}"}
     addresses |= {

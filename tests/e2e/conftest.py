@@ -3,7 +3,6 @@
 import json
 import os
 import shutil
-import socket
 import subprocess
 import sys
 import time
@@ -19,11 +18,12 @@ from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, S
 
 from stillroom.app import STATIC
 from tests.homes import ORIGIN, RESOLUTION, Image, home, png
+from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "test-results"
 ADMIN_TOKEN = "operator-of-the-browser-tests"
-START_S = 30
+START_S = 120
 BROWSER_OPTIONS = [
     "--no-sandbox",
     "--disable-gpu",
@@ -34,7 +34,7 @@ BROWSER_OPTIONS = [
     "--disable-sync",
 ]
 
-expect.set_options(timeout=10_000)
+expect.set_options(timeout=30_000)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -102,7 +102,8 @@ class Running:
                 if httpx2.get(f"{self.url}/readyz").status_code == 200:
                     return
             except httpx2.TransportError:
-                time.sleep(0.05)
+                pass
+            time.sleep(0.05)
         pytest.fail(f"the service was not ready within {START_S} s")
 
 
@@ -149,9 +150,7 @@ class Robot:
 def running(data_dir: Path) -> Running:
     if not (STATIC / "index.html").is_file():
         pytest.fail("the web app is not built: run `make setup`")
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return Running(data_dir, free.getsockname()[1])
+    return Running(data_dir, free_port())
 
 
 # The browser's driver keeps an event loop of this thread running, which tests elsewhere would stumble over:

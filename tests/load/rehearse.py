@@ -18,6 +18,7 @@ from tests.load.driving import Driver, Load
 from tests.load.load import add_robots, check, settle
 from tests.load.robots import draw_homes
 from tests.load.stack import Stack
+from tests.ports import free_port
 
 ROBOTS, SECONDS, RATE = 12, 12.0, 3.0
 
@@ -50,7 +51,7 @@ def main() -> int:
         print(f"  restored: {missions} missions", flush=True)
         # What robots sent after the database was saved is in the saved grids and in no row: orphans, until it is sent again.
         holds = check(stack, kept.acknowledged, 3600) and holds
-        (port,) = object_store.free_ports(1)
+        port = free_port()
         stack.ports = [port]
         stack.serve(port)
         stack.wait_until_ready()

@@ -12,6 +12,7 @@ from types import TracebackType
 import httpx2
 
 from tests import object_store, postgresql
+from tests.ports import free_ports
 
 TOKEN = "operator-of-the-load"
 START_S = 60.0
@@ -33,7 +34,7 @@ class Stack:
             self.database = postgresql.Server(folder.with_suffix(".postgresql"), DURABLE)
             self.store = object_store.ObjectStore(folder.with_suffix(".s3"))
         self.more = dict(more or {})
-        self.ports = object_store.free_ports(count)
+        self.ports = free_ports(count)
         self.servers: dict[int, subprocess.Popen[bytes]] = {}
         self.cpu_of_the_dead = 0.0
 

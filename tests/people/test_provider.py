@@ -5,7 +5,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from urllib.parse import urlsplit
 
@@ -16,9 +16,10 @@ from stillroom.settings import Messaging, Provider
 from stillroom.store import people
 from tests.conftest import Service
 from tests.people.browsers import ANN, Browser, add_account, by_link
-from tests.telling import port_of_nobody
+from tests.ports import free_port
 
 HERE = "http://stillroom.test"
+START_S = 60.0
 USERS = {
     "olga-1": {"email": "olga@example.org", "email_verified": True},
     "olga-2": {"email": "olga@example.org", "email_verified": True},
@@ -26,9 +27,15 @@ USERS = {
 }
 
 
+def _answers(url: str) -> bool:
+    with suppress(httpx2.TransportError):
+        return httpx2.get(f"{url}/.well-known/openid-configuration").is_success
+    return False
+
+
 @contextmanager
 def running_provider() -> Iterator[str]:
-    port = port_of_nobody()
+    port = free_port()
     users = [word for sub, said in USERS.items() for word in ("--user-claims", json.dumps({"sub": sub} | said))]
     process = subprocess.Popen(
         [sys.executable, "-W", "ignore", "-m", "oidc_provider_mock", "--port", str(port), *users],
@@ -37,12 +44,11 @@ def running_provider() -> Iterator[str]:
     )
     url = f"http://127.0.0.1:{port}"
     try:
-        for _ in range(200):
-            try:
-                httpx2.get(f"{url}/.well-known/openid-configuration")
-                break
-            except httpx2.TransportError:
-                time.sleep(0.05)
+        until = time.monotonic() + START_S
+        while not _answers(url):
+            assert process.poll() is None, "the provider does not run"
+            assert time.monotonic() < until, "the provider does not answer"
+            time.sleep(0.05)
         yield url
     finally:
         process.terminate()

@@ -12,7 +12,7 @@ from aiosmtpd.controller import Controller
 from aiosmtpd.smtp import SMTP, Envelope, Session
 
 from stillroom.settings import MailServer
-from tests.telling import port_of_nobody
+from tests.ports import free_port
 
 ANN = "ann@example.org"
 SENDER = "maps@example.org"
@@ -48,8 +48,8 @@ class MailBox:
 
 @contextmanager
 def mail_server(**how: Any) -> Iterator[MailBox]:
-    box = MailBox(port_of_nobody())
-    controller = Controller(box, hostname="127.0.0.1", port=box.port, **how)
+    box = MailBox(free_port())
+    controller = Controller(box, hostname="127.0.0.1", port=box.port, ready_timeout=60.0, **how)
     controller.start()
     try:
         yield box

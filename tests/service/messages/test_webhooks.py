@@ -19,6 +19,7 @@ from stillroom.store.rows import DeliveryRow
 from stillroom.store.tables import receiver as receiver_table
 from tests.conflicts import Core, expect, rejected, send
 from tests.conftest import RobotCaller, Service
+from tests.ports import free_port
 from tests.telling import (
     PUBLIC_URL,
     Json,
@@ -33,7 +34,6 @@ from tests.telling import (
     expire_leases,
     hasten,
     owner,
-    port_of_nobody,
     receiving,
     until,
 )
@@ -152,7 +152,7 @@ def test_a_receiver_in_trouble_loses_nothing_blocks_nothing_and_reaches_nothing_
             "redirect": answering(307, {"Location": inner.url}),
         }.get(trouble, bad.behaviour)
         url = {
-            "down": f"http://127.0.0.1:{port_of_nobody()}/",
+            "down": f"http://127.0.0.1:{free_port()}/",
             "private": f"http://inner.example:{bad.port}/hook",
         }.get(trouble, bad.url)
         webhook = add_webhook(service.operator, url, types=["map.updated"])
