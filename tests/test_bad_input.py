@@ -206,6 +206,21 @@ def test_meta_that_can_t_be_used_is_refused_in_bounded_memory(
     assert answer.json()["errors"][0]["pointer"].startswith("/meta"), name
 
 
+def many_parts(boundary: bytes, count: int) -> bytes:
+    part = b"--" + boundary + b'\r\nContent-Disposition: form-data; name="more"\r\n\r\n1\r\n'
+    return part * count + b"--" + boundary + b"--\r\n"
+
+
+@pytest.mark.parametrize(
+    ("boundary", "body"),
+    [(b"b", many_parts(b"b", 17)), (b"b" * 5000, many_parts(b"b" * 5000, 1)), (b"b", b"--b\r\n"), (b"b", b"")],
+)
+def test_a_multipart_body_that_can_t_be_an_upload_is_refused(robot: RobotCaller, boundary: bytes, body: bytes) -> None:
+    headers = {"Content-Type": f"multipart/form-data; boundary={boundary.decode()}"}
+    answer = robot.request("PUT", f"{robot.path()}/missions/0", headers, content=body)
+    assert (answer.status_code, answer.json()["title"]) == (422, "The input can't be used"), answer.text
+
+
 def test_a_body_of_50_mb_is_refused(service: Service, robot: RobotCaller) -> None:
     check_refused(service, robot, upload(robot, bytes(50_000_000), PNG, json.dumps(GOOD).encode()), 413)
 

@@ -8,6 +8,9 @@ from starlette.requests import Request
 
 from stillroom.errors import Fault, InvalidInput, UnsupportedFormat
 
+MOST_PARTS = 16
+"""Two have a meaning; others are passed over."""
+
 
 @dataclass
 class Part:
@@ -22,8 +25,8 @@ async def read_parts(request: Request) -> dict[str, Part]:
     if content_type != b"multipart/form-data" or b"boundary" not in options:
         raise UnsupportedFormat("An upload is multipart/form-data with the parts grid and meta.")
     reader = _Reader()
-    parser = MultipartParser(options[b"boundary"], reader.callbacks())  # type: ignore[arg-type]
     try:
+        parser = MultipartParser(options[b"boundary"], reader.callbacks())  # type: ignore[arg-type]
         async for chunk in request.stream():
             parser.write(chunk)
         parser.finalize()
@@ -43,13 +46,18 @@ class _Reader:
 
     def callbacks(self) -> dict[str, object]:
         return {
-            "on_part_begin": lambda: self.parts.append(Part()),
+            "on_part_begin": self._begin,
             "on_part_data": lambda data, start, end: self.parts[-1].content.extend(data[start:end]),
             "on_header_field": lambda data, start, end: self._name.extend(data[start:end]),
             "on_header_value": lambda data, start, end: self._value.extend(data[start:end]),
             "on_header_end": self._header,
             "on_end": self._end,
         }
+
+    def _begin(self) -> None:
+        if len(self.parts) >= MOST_PARTS:
+            raise FormParserError(f"more than {MOST_PARTS} parts")
+        self.parts.append(Part())
 
     def _header(self) -> None:
         name, value = bytes(self._name).lower(), bytes(self._value)
