@@ -5,22 +5,31 @@ BIN := .venv/bin
 NPM := $(if $(shell npm --version 2>/dev/null | grep -E '^([1-9]|10)[.]'),npx --yes npm@11,npm)
 WEB_SOURCES := $(shell git ls-files web 2>/dev/null || find web -type f -not -path '*/node_modules/*')
 PORT ?= 8000
+# what does not need each other, told apart where make can
+SIDE_BY_SIDE := --no-print-directory --jobs=2 $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
 
-.PHONY: help setup run test check fuzz audit bench bench-registration bench-browser bench-fleet bench-segmentation bench-updates fit-cuts load load-cost load-large chaos rehearse soak client browser
+.PHONY: help setup run test check check-service check-web fuzz audit bench bench-registration bench-browser bench-fleet bench-segmentation bench-updates fit-cuts load load-cost load-large chaos rehearse soak client browser
 
 help:  ## what can be made
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
 
-setup: .venv/installed server/stillroom/static/index.html  ## .venv with the service, and the web app built into it
+setup:  ## .venv with the service, and the web app built into it
+	@$(MAKE) $(SIDE_BY_SIDE) .venv/installed web/node_modules/.package-lock.json
+	@$(MAKE) --no-print-directory server/stillroom/static/index.html
 
 run: setup  ## the service with demo homes whose robots upload missions, on http://127.0.0.1:$(PORT)
 	$(BIN)/stillroom demo --port $(PORT)
 
 check: setup  ## format, lint, types, import contracts, web checks: everything but the tests
+	@$(MAKE) $(SIDE_BY_SIDE) check-service check-web
+
+check-service:
 	$(BIN)/ruff check server tests migrations
 	$(BIN)/ruff format --check server tests migrations
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+check-web:
 	cd web && $(NPM) run --silent check
 	cd web && $(NPM) run --silent check:client
 
