@@ -74,7 +74,7 @@ def vouched(browser: Browser, who: str) -> str:
     """Where somebody comes back to from the provider."""
     away = browser.get("/login/oidc")
     assert away.status_code == 302, away.text
-    back = httpx2.post(away.headers["Location"], data={"sub": who}, follow_redirects=False)
+    back = httpx2.post(away.headers["Location"], data={"sub": who}, follow_redirects=False, timeout=START_S)
     assert back.status_code == 302, back.text
     return back.headers["Location"].removeprefix(HERE)
 

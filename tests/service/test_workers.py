@@ -4,13 +4,12 @@ import json
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -21,16 +20,20 @@ import pytest
 import sqlalchemy as sa
 
 from stillroom.documents.api import NewRobot
+from stillroom.service.processing import process_next
 from stillroom.service.robots import add_robot
 from stillroom.settings import Settings
 from stillroom.store import lanes
 from stillroom.store.database import Database
+from stillroom.store.grids import GridStore
 from stillroom.store.tables import conflict, delivery, receiver
-from tests.conftest import ADMIN_TOKEN
+from tests.conftest import ADMIN_TOKEN, Service
 from tests.homes import ORIGIN, RESOLUTION, Image, home, png
+from tests.ports import free_port
+from tests.postgresql import children
 from tests.telling import answering, receiving
 
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0
 PATH = "/api/v1/robots/RB-1/maps/ground"
 META = {"resolution": RESOLUTION, "origin": ORIGIN}
 
@@ -40,11 +43,13 @@ class Running:
     process: subprocess.Popen[str]
     http: httpx2.Client
 
-    def upload(self, mission: int, prefer: str = "", image: Image | None = None, **said: Any) -> httpx2.Response:
+    def upload(
+        self, mission: int, prefer: str = "", image: Image | None = None, path: str = PATH, **said: Any
+    ) -> httpx2.Response:
         meta = json.dumps({"sequence": mission} | META | said)
         content = png(home() if image is None else image)
         return self.http.put(
-            f"{PATH}/missions/{mission}",
+            f"{path}/missions/{mission}",
             headers={"Prefer": prefer} if prefer else {},
             files={"meta": ("m", meta, "application/json"), "grid": ("g", content, "image/png")},
         )
@@ -56,19 +61,17 @@ class Running:
         return self._children("stillroom tell")
 
     def _children(self, name: str) -> list[int]:
-        children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
-        return [pid for pid in map(int, children) if Path(f"/proc/{pid}/comm").read_text().strip() == name]
+        return [pid for pid in children(self.process.pid) if _name(pid) == name]
 
     def kill(self) -> None:
         self.process.kill()
         self.process.wait()
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
+def _name(pid: int) -> str:
+    with suppress(OSError):  # it has ended
+        return Path(f"/proc/{pid}/comm").read_text().strip()
+    return ""
 
 
 def eventually(holds: Callable[[], bool], what: str) -> None:
@@ -129,25 +132,14 @@ def expire_leases(settings: Settings) -> None:
     database.dispose()
 
 
-def versions(running: Running) -> list[int]:
-    return [item["version"] for item in running.http.get(f"{PATH}/versions").json()["items"]]
+def versions(running: Running, path: str = PATH) -> list[int]:
+    return [item["version"] for item in running.http.get(f"{path}/versions").json()["items"]]
 
 
-def test_what_was_acknowledged_before_a_kill_of_the_service_is_processed_after_it_once(
+def test_every_mission_is_processed_once_whoever_is_killed_and_however_many_send_it(
     settings: Settings, token: str
 ) -> None:
-    with serving(settings, workers=0, token=token) as running:
-        assert running.upload(0).status_code == 202
-        running.kill()
-    with serving(settings, workers=2, token=token) as running:
-        answer = running.upload(0, "wait=60")
-        assert (answer.status_code, answer.json()["outcome"]) == (200, "created")
-        assert versions(running) == [1]
-
-
-def test_a_mission_whose_worker_was_killed_while_it_had_the_claim_is_processed_by_another_once(
-    settings: Settings, token: str
-) -> None:
+    upstairs = PATH.replace("ground", "upstairs")
     with serving(settings, workers=0, token=token) as running:
         assert running.upload(0).status_code == 202
         database = Database(settings.database_url)
@@ -155,62 +147,56 @@ def test_a_mission_whose_worker_was_killed_while_it_had_the_claim_is_processed_b
         database.dispose()
         assert held is not None
         assert running.http.get(f"{PATH}/missions/0").json()["status"] == "processing"
+        assert running.upload(0, path=upstairs).status_code == 202
         running.kill()
     expire_leases(settings)
-    with serving(settings, workers=1, token=token) as running:
-        assert running.upload(0, "wait=60").json()["outcome"] == "created"
-        assert versions(running) == [1]
+    with serving(settings, workers=2, token=token) as running:
+        for path in (PATH, upstairs):
+            answer = running.upload(0, "wait=60", path=path)
+            assert (answer.status_code, answer.json()["outcome"]) == (200, "created")
+            assert versions(running, path) == [1]
+
+        eventually(lambda: len(running.workers()) == 2, "both workers run")
+        first = running.workers()
+        for pid in first:
+            os.kill(pid, signal.SIGKILL)
+        expire_leases(settings)
+        assert running.upload(1, "wait=60").json()["status"] == "done"
+        assert versions(running) == [2, 1]
+        eventually(lambda: len(set(running.workers()) - set(first)) == 2, "both are started again")
+        with ThreadPoolExecutor(5) as pool:
+            answers = list(pool.map(lambda _: running.upload(2, "wait=60"), range(5)))
+        assert sorted(answer.status_code for answer in answers) == [200, 200, 200, 200, 201]
+        assert {answer.json()["version"] for answer in answers} == {3}
+        assert len(running.http.get(f"{PATH}/missions").json()["items"]) == 3
+        assert versions(running) == [3, 2, 1]
 
 
 @pytest.mark.parametrize("engine", ["sqlite"])
 def test_a_service_that_is_told_to_end_answers_who_waits_and_leaves_the_mission_to_the_next(
     settings: Settings, token: str
 ) -> None:
-    with serving(settings, workers=0, token=token) as running, ThreadPoolExecutor(1) as pool:
+    with (
+        serving(settings, workers=0, token=token) as running,
+        running.http.stream("GET", "/api/v1/events") as stream,  # it does not keep the service from ending
+        ThreadPoolExecutor(1) as pool,
+    ):
+        assert next(stream.iter_lines()).startswith("id: ")
         waiting = pool.submit(running.upload, 0, "wait=60")
 
         def is_queued() -> bool:
-            with httpx2.Client(base_url=running.http.base_url, headers=running.http.headers) as another:
+            with httpx2.Client(
+                base_url=running.http.base_url, headers=running.http.headers, timeout=PATIENCE_S
+            ) as another:
                 return another.get(f"{PATH}/missions/0").status_code == 200
 
         eventually(is_queued, "the mission is there")
         running.process.terminate()
         assert (waiting.result(PATIENCE_S).status_code, waiting.result().json()["status"]) == (202, "queued")
         assert running.process.wait(PATIENCE_S) == 0
-    with serving(settings, workers=1, token=token) as running:
-        assert running.upload(0, "wait=60").json()["outcome"] == "created"
-
-
-@pytest.mark.parametrize("engine", ["sqlite"])
-def test_a_worker_that_is_killed_is_started_again(settings: Settings, token: str) -> None:
-    with serving(settings, workers=1, token=token) as running:
-        assert running.upload(0, "wait=60").status_code == 201
-        (first,) = running.workers()
-        os.kill(first, signal.SIGKILL)
-        expire_leases(settings)
-        assert running.upload(1, "wait=60").json()["status"] == "done"
-        assert running.workers() != [first]
-        assert versions(running) == [2, 1]
-
-
-def test_five_equal_uploads_at_once_are_one_mission_and_one_version(settings: Settings, token: str) -> None:
-    with serving(settings, workers=2, token=token) as running:
-        with ThreadPoolExecutor(5) as pool:
-            answers = list(pool.map(lambda _: running.upload(0, "wait=60"), range(5)))
-        assert sorted(answer.status_code for answer in answers) == [200, 200, 200, 200, 201]
-        assert {answer.json()["version"] for answer in answers} == {1}
-        assert len(running.http.get(f"{PATH}/missions").json()["items"]) == 1
-        assert versions(running) == [1]
-
-
-@pytest.mark.parametrize("engine", ["sqlite"])
-def test_workers_end_with_the_service_however_it_dies(settings: Settings, token: str) -> None:
-    with serving(settings, workers=2, token=token) as running:
-        eventually(lambda: len(running.workers()) == 2, "two workers run")
-        eventually(lambda: len(running.messenger()) == 1, "the messenger runs")
-        workers = running.workers() + running.messenger()
-        running.kill()
-        eventually(lambda: not any(Path(f"/proc/{pid}").exists() for pid in workers), "the workers are gone")
+    database = Database(settings.database_url)
+    assert process_next(database, GridStore(settings.grid_store_url)) is not None
+    database.dispose()
 
 
 def follow(running: Running, last: int) -> Iterator[tuple[str, dict[str, object]]]:
@@ -244,36 +230,32 @@ def test_processes_that_share_a_postgresql_hear_of_each_other(settings: Settings
 
 
 @pytest.mark.parametrize("engine", ["sqlite"])
-def test_the_rows_of_the_ablation_can_be_run(settings: Settings, token: str) -> None:
-    left = {"base_version": 1, "tracking": {"transform": [0.0, 0.0, 0.0]}}
+def test_workers_use_the_resolvers_that_they_are_told_and_keep_deadlines_while_nobody_looks(
+    service: Service, settings: Settings
+) -> None:
+    robot = service.add_robot()
+    service.worker.paused = True
+    left: dict[str, Any] = {"base_version": 1, "tracking": {"transform": [0.0, 0.0, 0.0]}}
+    robot.upload("0", wait=None)
+    process_next(service.database, service.grids, ())
+    robot.upload("1", home(wall_between=False), wait=None, **left)
+    process_next(service.database, service.grids, ())
+    (asked,) = robot.get(f"{PATH}/missions/1").json()["conflicts"]
+    with service.database.write() as tx:
+        tx.execute(sa.update(conflict).values(due_at=datetime.now(UTC) - timedelta(seconds=1)))
     outcomes = []
-    for number, resolvers in enumerate(("none", "meta_occupancy", "meta_occupancy,meta_dividers"), 1):
-        with serving(settings, workers=1, token=token, STILLROOM_RESOLVERS=resolvers) as running:
-            running.upload(0, "wait=60")
+    for number, resolvers in ((2, "meta_occupancy"), (3, "meta_occupancy,meta_dividers")):
+        with serving(settings, workers=1, token=robot.token, STILLROOM_RESOLVERS=resolvers) as running:
+
+            def state() -> str:
+                found: str = running.http.get(f"{PATH}/conflicts/{asked}").json()["state"]
+                return found
+
+            eventually(lambda: state() == "expired", "the default takes effect")
             mission = running.upload(number, "wait=60", home(wall_between=False), **left).json()
             assert set(mission["ablation"]) == {"transfer", "meta_occupancy", "meta_dividers"}
             outcomes.append((mission["outcome"], mission["version"], mission["ablation"]["meta_dividers"]))
-    assert outcomes == [("needs_review", 1, False), ("needs_review", 1, False), ("resolved", 2, True)]
-
-
-@pytest.mark.parametrize("engine", ["sqlite"])
-def test_a_deadline_takes_effect_while_nobody_looks(settings: Settings, token: str) -> None:
-    with serving(settings, workers=1, token=token, STILLROOM_RESOLVERS="none") as running:
-        running.upload(0, "wait=60")
-        left = {"base_version": 1, "tracking": {"transform": [0.0, 0.0, 0.0]}}
-        (asked,) = running.upload(1, "wait=60", home(wall_between=False), **left).json()["conflicts"]
-    database = Database(settings.database_url)
-    with database.write() as tx:
-        tx.execute(sa.update(conflict).values(due_at=datetime.now(UTC) - timedelta(seconds=1)))
-    database.dispose()
-    with serving(settings, workers=2, token=token) as running:
-
-        def state() -> str:
-            found: str = running.http.get(f"{PATH}/conflicts/{asked}").json()["state"]
-            return found
-
-        eventually(lambda: state() == "expired", "the default takes effect")
-        assert versions(running) == [1]
+    assert outcomes == [("needs_review", 1, False), ("resolved", 2, True)]
 
 
 @pytest.mark.parametrize("engine", ["sqlite"])
@@ -299,7 +281,10 @@ def test_messages_are_delivered_while_the_service_runs_and_after_it_was_killed(s
             eventually(lambda: len(sent()) == 2, "another messenger tells it again")
             there.behaviour = answering(503)
             running.upload(1, "wait=60")
+            eventually(lambda: len(running.workers() + running.messenger()) == 2, "both processes run")
+            started = running.workers() + running.messenger()
             running.kill()
+            eventually(lambda: not any(Path(f"/proc/{pid}").exists() for pid in started), "they end with the service")
         there.behaviour = answering(204)
         with serving(settings, workers=1, token=token, **allowed) as running:
             url = f"/api/v1/webhooks/{made.json()['id']}/deliveries"
@@ -329,19 +314,7 @@ def test_serve_prints_a_link_that_signs_in(settings: Settings, token: str) -> No
         lines = [running.process.stdout.readline() for _ in range(2)]
         link = re.search(r"http://\S+/login\?token=\S+", "".join(lines))
         assert link is not None
-        with httpx2.Client() as browser:
+        with httpx2.Client(timeout=PATIENCE_S) as browser:
             assert browser.get(link[0]).status_code == 303
             told = browser.get(str(running.http.base_url.join("/api/v1/session"))).json()
         assert (told["kind"], told["id"]) == ("operator", None)
-
-
-@pytest.mark.parametrize("engine", ["sqlite"])
-def test_an_open_event_stream_does_not_keep_the_service_from_ending(settings: Settings, token: str) -> None:
-    with (
-        serving(settings, workers=1, token=token) as running,
-        running.http.stream("GET", "/api/v1/events") as stream,
-    ):
-        lines = stream.iter_lines()
-        assert next(lines).startswith("id: ")
-        running.process.terminate()
-        assert running.process.wait(PATIENCE_S) == 0
