@@ -36,8 +36,9 @@ check-web:
 test: check browser  ## everything that must hold
 	$(BIN)/pytest --numprocesses 2 --dist loadgroup
 
-fuzz: setup  ## ask the whole API, and feed every reader and archives, with what nobody sends by mistake, for 10 minutes each
+fuzz: setup  ## ask the whole API, and feed every reader and archives, with what nobody sends by mistake, for 10 minutes each; then all laws by examples that were not tried before
 	STILLROOM_FUZZ_S=600 $(BIN)/pytest tests/fuzz
+	STILLROOM_FUZZ_S=1 $(BIN)/pytest -m hypothesis
 
 audit: setup  ## known holes of dependencies; asks the registries' advisory services, and fails where they do not answer
 	@$(BIN)/python -m venv .venv/audit && .venv/audit/bin/pip install --quiet pip-audit
