@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from stillroom.maps.geometry import as_points, line_strings
+from stillroom.maps.geometry import line_strings
 from stillroom.maps.grid import OccupancyGrid, look_up
 from stillroom.maps.meta import MetaDivider
 from stillroom.maps.semantics import Divider, SemanticMap, Wall
@@ -36,8 +36,7 @@ Constraint = Callable[[SemanticMap, OccupancyGrid, float], Iterator[Violation]]
 
 def violations(semantic_map: SemanticMap, grid: OccupancyGrid, wall_reach_m: float) -> tuple[Violation, ...]:
     """Everything in the map that breaks a constraint. Rooms that were not visited may reach beyond the grid."""
-    walls = [as_points(wall.line) for wall in semantic_map.walls]
-    grid = grid.covering(np.concatenate(walls)) if walls else grid
+    grid = grid.covering(shapely.get_coordinates(_lines(semantic_map.walls)))
     return tuple(violation for constraint in CONSTRAINTS for violation in constraint(semantic_map, grid, wall_reach_m))
 
 

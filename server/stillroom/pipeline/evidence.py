@@ -5,7 +5,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from stillroom.maps.geometry import as_points
+from stillroom.maps.geometry import line_strings
 from stillroom.maps.grid import Cell, GridFrame, Mask, OccupancyGrid, look_up
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.alignment import WallSamples
@@ -37,13 +37,11 @@ def look_for_walls(samples: WallSamples, near: Mask, grid: OccupancyGrid) -> tup
 def known_cells(semantic_map: SemanticMap, frame: GridFrame) -> Mask:
     """Cells in which obstacles are nothing new: near walls, doorways and clutter."""
     known = np.zeros((frame.height, frame.width), np.uint8)
-    walls = [nearest_cells(as_points(wall.line), frame) for wall in semantic_map.walls]
+    walls = _cells_of(line_strings([wall.line for wall in semantic_map.walls]), frame)
     cv2.polylines(known, walls, False, 1, 2 * in_cells(FOUND_M, frame) + 1)
-    doorways = [nearest_cells(as_points(divider.line), frame) for divider in semantic_map.dividers]
+    doorways = _cells_of(line_strings([divider.line for divider in semantic_map.dividers]), frame)
     cv2.polylines(known, doorways, False, 1, 2 * in_cells(DOORWAY_M, frame) + 1)
-    rings = [
-        nearest_cells(shapely.get_coordinates(clutter.polygon.exterior), frame) for clutter in semantic_map.clutter
-    ]
+    rings = _cells_of(shapely.get_exterior_ring([clutter.polygon for clutter in semantic_map.clutter]), frame)
     for ring in rings:
         cv2.fillPoly(known, [ring], 1)
     cv2.polylines(known, rings, True, 1, 2 * in_cells(FOUND_M, frame) + 1)
@@ -53,9 +51,15 @@ def known_cells(semantic_map: SemanticMap, frame: GridFrame) -> Mask:
 def floor_cells(semantic_map: SemanticMap, frame: GridFrame) -> Mask:
     """Cells of the rooms, to half a cell."""
     floor = np.zeros((frame.height, frame.width), np.uint8)
-    for room in semantic_map.rooms:
-        cv2.fillPoly(floor, [nearest_cells(shapely.get_coordinates(room.polygon.exterior), frame)], 1)
+    for ring in _cells_of(shapely.get_exterior_ring([room.polygon for room in semantic_map.rooms]), frame):
+        cv2.fillPoly(floor, [ring], 1)
     return floor > 0
+
+
+def _cells_of(lines: npt.NDArray[np.object_], frame: GridFrame) -> list[npt.NDArray[np.int32]]:
+    """The cells nearest to each line's points, (m, 2)."""
+    points = nearest_cells(shapely.get_coordinates(lines), frame)
+    return np.split(points, np.cumsum(shapely.get_num_coordinates(lines))[:-1]) if len(lines) else []
 
 
 def faces_of_obstacles(grid: OccupancyGrid) -> Mask:

@@ -66,17 +66,16 @@ def _partners(
 
 
 def _cycles(following: list[int]) -> list[list[int]]:
-    seen = [False] * len(following)
+    left = following.copy()
     rings = []
-    for start in range(len(following)):
-        if seen[start]:
-            continue
+    for start in range(len(left)):
         ring, k = [], start
-        while not seen[k]:
-            seen[k] = True
+        while (after := left[k]) >= 0:
+            left[k] = -1
             ring.append(k)
-            k = following[k]
-        rings.append(ring)
+            k = after
+        if ring:
+            rings.append(ring)
     return rings
 
 

@@ -5,6 +5,7 @@ Step 1, tracking, is the `Motion`; here are steps 2 to 6. Shapes come from the n
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import cv2
 import numpy as np
@@ -85,7 +86,7 @@ def _moved(lines: Sequence[Sequence[Point]], motion: Motion) -> list[Points]:
     """Every line moved, all in one go."""
     if not lines:
         return []
-    moved = np.round(motion.apply(np.concatenate([as_points(line) for line in lines])), 4)
+    moved = np.round(motion.apply(as_points(list(chain.from_iterable(lines)))), 4)
     return np.split(moved, np.cumsum([len(line) for line in lines])[:-1])
 
 

@@ -157,7 +157,7 @@ def _area(ring: Corners) -> float:
 
 def _parts_of(holes: list[Corners], around: list[Corners]) -> list[int]:
     """For each hole the index of the part that it is in."""
-    if len(around) == 1:
+    if len(around) == 1 or not holes:
         return [0] * len(holes)
     parts = [Polygon(border) for border in around]
     # the mask lies on the left of a hole's border
@@ -373,9 +373,10 @@ def clutter_features(clutter: Mask, frame: GridFrame, version: str, params: Para
         else:
             rough.append(_shape(as_points(cv2.approxPolyDP(contour, 1.0, True)) + 0.5))
     grown = shapely.buffer(_valid(rough), 0.5, join_style="mitre", cap_style="square", mitre_limit=1.5)
-    parts = polygons_in(grown) + polygons_in(shapely.box(*np.array(boxes).reshape(-1, 4).T))
-    large = [Polygon(p.exterior) for p in parts if p.area * frame.resolution**2 >= params.clutter_shown_m2]
-    placed = shapely.transform(np.array(large, dtype=object), lambda p: np.round(frame.to_map(as_points(p)), 4))
+    parts = np.array(polygons_in(grown) + polygons_in(shapely.box(*np.array(boxes).reshape(-1, 4).T)), dtype=object)
+    large = parts[shapely.area(parts) * frame.resolution**2 >= params.clutter_shown_m2]
+    whole = shapely.polygons(shapely.get_exterior_ring(large))
+    placed = shapely.transform(whole, lambda p: np.round(frame.to_map(as_points(p)), 4))
     return tuple(Clutter(f"k{version}-{i}", polygon) for i, polygon in enumerate(placed, 1))
 
 
@@ -388,5 +389,5 @@ def _valid(shapes: list[shapely.Geometry]) -> npt.NDArray[np.object_]:
 
 def _shape(points: Points) -> shapely.Geometry:
     if len(points) >= 3:
-        return Polygon(points)
-    return shapely.LineString(points) if len(points) == 2 else shapely.Point(points[0])
+        return shapely.polygons(points)
+    return shapely.linestrings(points) if len(points) == 2 else shapely.points(points[0])
