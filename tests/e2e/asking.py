@@ -2,9 +2,9 @@
 
 from typing import Any
 
-import httpx2
 import numpy as np
 
+from tests.e2e import calling
 from tests.e2e.conftest import ADMIN_TOKEN, Robot
 from tests.homes import FREE, OCCUPIED, Image, home
 
@@ -30,13 +30,13 @@ def annex() -> Image:
 
 
 def read(robot: Robot, path: str = "") -> Any:
-    answer = httpx2.get(f"{robot.path}{path}", headers=OWNER)
+    answer = calling.get(f"{robot.path}{path}", headers=OWNER)
     assert answer.status_code == 200, answer.text
     return answer.json()
 
 
 def settings(robot: Robot, **wanted: str) -> None:
-    assert httpx2.patch(robot.path, headers=OWNER, json=wanted).status_code == 200
+    assert calling.patch(robot.path, headers=OWNER, json=wanted).status_code == 200
 
 
 def send(robot: Robot, mission: str, image: Image | None = None) -> Json:

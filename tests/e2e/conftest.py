@@ -17,6 +17,8 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, StorageState, expect, sync_playwright
 
 from stillroom.app import STATIC
+from tests.e2e import calling
+from tests.e2e.looking import PATIENCE_MS
 from tests.homes import ORIGIN, RESOLUTION, Image, home, png
 from tests.ports import free_port
 
@@ -34,7 +36,7 @@ BROWSER_OPTIONS = [
     "--disable-sync",
 ]
 
-expect.set_options(timeout=30_000)
+expect.set_options(timeout=PATIENCE_MS)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -87,7 +89,7 @@ class Running:
         return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split()[-1]
 
     def add_robot(self, robot_id: str, name: str) -> "Robot":
-        answer = httpx2.post(
+        answer = calling.post(
             f"{self.url}/api/v1/robots",
             headers={"Authorization": f"Bearer {ADMIN_TOKEN}"},
             json={"id": robot_id, "name": name, "owner": None},
@@ -124,14 +126,13 @@ class Robot:
     def upload(self, mission: str, image: Image | None = None, **meta: Any) -> dict[str, Any]:
         sequence = int(mission) if mission.isdecimal() else 0
         document = {"sequence": sequence, "resolution": RESOLUTION, "origin": ORIGIN} | meta
-        answer = httpx2.put(
+        answer = calling.put(
             f"{self.path}/missions/{mission}",
             headers={"Authorization": f"Bearer {self.token}", "Prefer": "wait=30"},
             files={
                 "meta": ("meta.json", json.dumps(document), "application/json"),
                 "grid": ("grid.png", png(home() if image is None else image), "image/png"),
             },
-            timeout=60,
         )
         assert answer.status_code in (200, 201), answer.text
         found: dict[str, Any] = answer.json()
@@ -139,7 +140,7 @@ class Robot:
 
     def edit(self, version: int, *operations: dict[str, Any]) -> None:
         """As its owner would."""
-        answer = httpx2.post(
+        answer = calling.post(
             f"{self.path}/edits",
             headers={"Authorization": f"Bearer {ADMIN_TOKEN}", "If-Match": f'"v{version}"'},
             json={"operations": list(operations)},
@@ -203,6 +204,7 @@ def open_page(served: Running, chromium: Browser, signed_in: StorageState) -> It
     def opened(path: str, *, width: int = 1440, height: int = 900, **options: Any) -> Page:
         options = {"storage_state": signed_in, "base_url": served.url, "reduced_motion": "reduce"} | options
         context = chromium.new_context(viewport={"width": width, "height": height}, **options)
+        context.set_default_timeout(PATIENCE_MS)
         contexts.append(context)
         page = context.new_page()
         page.on("pageerror", lambda error: complaints.append(str(error)))
@@ -230,7 +232,7 @@ def robot(served: Running) -> Robot:
 def mapped(robot: Robot) -> Robot:
     """With a map of two rooms, Kitchen on the left and Bedroom on the right."""
     robot.upload("0")
-    document = httpx2.get(robot.path, headers={"Authorization": f"Bearer {robot.token}"}).json()
+    document = calling.get(robot.path, headers={"Authorization": f"Bearer {robot.token}"}).json()
     rooms = [feature for feature in document["features"] if feature["properties"]["semantic"] == "room"]
     left, right = sorted(rooms, key=lambda room: min(x for x, _ in room["geometry"]["coordinates"][0]))
     robot.edit(

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from playwright.sync_api import Locator, Page, expect
 
-PATIENCE_MS, GLANCE_MS = 30_000, 50
+PATIENCE_MS, GLANCE_MS = 60_000, 50
 Colour = tuple[int, int, int]
 FIRST: Colour = (212, 224, 184)
 SECOND: Colour = (228, 179, 138)

@@ -4,10 +4,10 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-import httpx2
 import pytest
 from playwright.sync_api import Page, Route, expect
 
+from tests.e2e import calling
 from tests.e2e.conftest import OpenPage, Robot
 from tests.e2e.drawing import choose, rooms, save, start_editing
 from tests.e2e.looking import eventually, map_of, shown
@@ -18,7 +18,7 @@ PHONE: dict[str, Any] = {"width": 360, "height": 740, "has_touch": True}
 
 
 def stored(robot: Robot) -> dict[str, Any]:
-    found: dict[str, Any] = httpx2.get(robot.path, headers={"Authorization": f"Bearer {robot.token}"}).json()
+    found: dict[str, Any] = calling.get(robot.path, headers={"Authorization": f"Bearer {robot.token}"}).json()
     return found
 
 

@@ -17,6 +17,7 @@ from playwright.sync_api import Browser, Page, StorageState, expect
 from stillroom.store.database import Database
 from stillroom.store.fleet_tables import plan_grant
 from stillroom.store.tables import metadata, robot
+from tests.e2e import calling
 from tests.e2e.conftest import ADMIN_TOKEN, OpenPage, Robot, Running, running
 from tests.e2e.test_accessibility import AXE, Keep
 from tests.homes import changed
@@ -39,7 +40,7 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     subprocess.run([sys.executable, "-m", "stillroom", "seed-fleet", *SEED], env=environment, check=True)
     service.start()
     body = {"id": "RB-7", "name": "Robin", "owner": ANN}
-    made = httpx2.post(f"{service.url}/api/v1/robots", headers=OPERATOR, json=body)
+    made = calling.post(f"{service.url}/api/v1/robots", headers=OPERATOR, json=body)
     robot = Robot(service, "RB-7", made.json()["token"])
     robot.upload("0")
     robot.upload("1", changed("shut"), firmware="5.2", model="S9")
@@ -121,7 +122,7 @@ def test_a_floor_plan_is_seen_with_the_owners_leave_and_each_look_is_written_dow
     fleet: Running, look: OpenPage, keep: Keep
 ) -> None:
     path = f"{fleet.url}/api/v1/fleet/robots/RB-7/maps/ground/missions/1/figure"
-    assert httpx2.get(path, headers=OPERATOR).status_code == 403
+    assert calling.get(path, headers=OPERATOR).status_code == 403
     page = look("/fleet/robots/RB-7/maps/ground/missions/1")
     plan = page.get_by_role("region", name="Floor plan")
     expect(plan).to_contain_text("403")
@@ -176,7 +177,7 @@ def test_leave_ends_by_itself_and_when_the_owner_leaves_only_the_counts_stay(fle
     database = Database(f"sqlite:///{fleet.data_dir / 'stillroom.sqlite'}")
     with signed_in(fleet, ANN) as ann:
         asked = {"robot": "RB-7", "reason": "A door was shut, and a room was lost.", "hours": 1}
-        grant = httpx2.post(f"{fleet.url}/api/v1/fleet/grants", headers=OPERATOR, json=asked).json()["id"]
+        grant = calling.post(f"{fleet.url}/api/v1/fleet/grants", headers=OPERATOR, json=asked).json()["id"]
         ann.post(f"/api/v1/grants/{grant}/answer", json={"answer": "grant"})
         page = look(mission)
         plan = page.get_by_role("region", name="Floor plan")
@@ -201,7 +202,7 @@ def test_leave_ends_by_itself_and_when_the_owner_leaves_only_the_counts_stay(fle
 
 
 def rates(fleet: Running) -> object:
-    answer = httpx2.get(f"{fleet.url}/api/v1/fleet/failure-rates?group_by=firmware", headers=OPERATOR)
+    answer = calling.get(f"{fleet.url}/api/v1/fleet/failure-rates?group_by=firmware", headers=OPERATOR)
     assert answer.status_code == 200, answer.text
     return answer.json()
 
@@ -216,6 +217,8 @@ def owner_link(service: Running, owner: str) -> str:
 def signed_in(service: Running, owner: str) -> Iterator[httpx2.Client]:
     """As the owner's browser would be."""
     headers = {"Sec-Fetch-Site": "same-origin"}
-    with httpx2.Client(base_url=service.url, headers=headers, follow_redirects=True) as client:
+    with httpx2.Client(
+        timeout=calling.PATIENCE_S, base_url=service.url, headers=headers, follow_redirects=True
+    ) as client:
         client.get(owner_link(service, owner))
         yield client

@@ -8,13 +8,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import httpx2
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Request, expect
 
 from stillroom.app import create_app
 from stillroom.settings import Settings
+from tests.e2e import calling
 from tests.e2e.conftest import ADMIN_TOKEN, Robot, Running, running
+from tests.e2e.looking import GLANCE_MS, PATIENCE_MS
 from tests.homes import home
 
 Json = dict[str, Any]
@@ -51,7 +52,7 @@ class Writer:
         self._url, self.filled = service.url + "/api/v1", set[str]()
 
     def write(self, method: str, path: str, body: Json, as_: dict[str, str] = OPERATOR, **names: Any) -> Any:
-        sent = httpx2.request(method, self._url + path.format(**names), headers=as_, json=body)
+        sent = calling.request(method, self._url + path.format(**names), headers=as_, json=body)
         assert sent.is_success or sent.status_code == 503, (method, path, sent.text)  # 503: this service sends no mail
         self.filled |= {f"{method} {path} {at}" for at in places(body) if at}
         return sent.json() if sent.content else None
@@ -119,23 +120,49 @@ def test_no_script_that_anybody_writes_anywhere_ever_runs(alone: Running, chromi
         context = chromium.new_context(base_url=alone.url, reduced_motion="reduce")
         context.add_init_script(WATCH)
         page = context.new_page()
+        pending = Pending(page)
         page.on("dialog", lambda dialog: pytest.fail(dialog.message))
         page.goto(link)
         for path in paths:
-            shown += look(page, path)
+            shown += look(page, pending, path)
         context.close()
     assert shown > 12, "pages on which a script stands as text"
 
 
-def look(page: Page, path: str) -> bool:
+class Pending:
+    """What a page has asked for and not got yet; but for events, which never end."""
+
+    def __init__(self, page: Page) -> None:
+        self._page, self._asked = page, set[Request]()
+        page.on("request", lambda request: self._asked.add(request))
+        page.on("requestfinished", lambda request: self._asked.discard(request))
+        page.on("requestfailed", lambda request: self._asked.discard(request))
+
+    def forget(self) -> None:
+        """What the page before still waited for."""
+        self._asked.clear()
+
+    def wait(self) -> None:
+        """Until there was nothing for a while: what comes in may make the page ask for more."""
+        quiet = 0
+        for _ in range(PATIENCE_MS // GLANCE_MS):
+            self._page.wait_for_timeout(GLANCE_MS)
+            quiet = 0 if any("/api/v1/events" not in request.url for request in self._asked) else quiet + 1
+            if quiet == 3:
+                return
+        raise AssertionError(f"these are not answered: {[request.url for request in self._asked]}")
+
+
+def look(page: Page, pending: Pending, path: str) -> bool:
     """Opens a page, and all that unfolds on it. Whether a script is to be read there."""
+    pending.forget()
     page.goto(path)
     expect(page.get_by_role("main")).to_be_visible()
-    page.wait_for_timeout(300)
+    pending.wait()
     for button in page.get_by_role("button", expanded=False).all():
         if button.is_visible() and button.is_enabled():
-            button.click(timeout=2000)
-    page.wait_for_timeout(100)
+            button.click()
+    pending.wait()
     assert page.title() not in ("hit", "1"), path
     assert page.evaluate("violations") == [], path
     assert page.locator("img[src=x], svg[onload]").count() == 0, path
@@ -181,7 +208,7 @@ class Person:
     """Who opened a sign-in link."""
 
     def __init__(self, link: str) -> None:
-        answer = httpx2.get(link, follow_redirects=False)
+        answer = calling.get(link, follow_redirects=False)
         cookie = answer.headers["Set-Cookie"].partition(";")[0]
         self.headers = BROWSER | {"Cookie": cookie}
 
@@ -189,14 +216,14 @@ class Person:
 def write_maps(writer: Writer, as_: dict[str, str], robot: str) -> list[str]:
     """Pages of a robot's map."""
     names, map_ = {"robot": robot, "map": "ground"}, "/robots/{robot}/maps/{map}"
-    found = httpx2.get(f"{writer._url}{map_.format(**names)}", headers=as_).json()
+    found = calling.get(f"{writer._url}{map_.format(**names)}", headers=as_).json()
     room = next(one["id"] for one in found["features"] if one["properties"]["semantic"] == "room")
     rename = {"operations": [{"op": "rename_room", "id": room, "name": TEXT}]}
     writer.write("POST", map_ + "/edits", rename, as_ | {"If-Match": f'"v{found["version"]}"'}, **names)
     writer.write("PATCH", map_, {"name": TEXT}, as_, **names)
     writer.write("PATCH", map_ + "/versions/{version}", {"name": TEXT}, as_, version=1, **names)
     writer.write("PATCH", "/robots/{robot}", {"name": TEXT}, as_, **names)
-    conflicts = httpx2.get(f"{writer._url}{map_.format(**names)}/conflicts", headers=as_).json()["items"]
+    conflicts = calling.get(f"{writer._url}{map_.format(**names)}/conflicts", headers=as_).json()["items"]
     answers: Json = {"response": "temporary", "note": TEXT}
     if robot == "RB-1":
         writer.write(
@@ -245,7 +272,7 @@ def write_fleet(writer: Writer) -> list[str]:
     rollout = {"name": "bare", "resolvers": [], "gates": [gate]}
     writer.write("POST", "/fleet/rollouts", rollout)
     writer.write("POST", "/fleet/rollouts/{rollout}/end", {"reason": TEXT}, rollout="bare")
-    causes = httpx2.get(f"{writer._url}/fleet/causes", headers=OPERATOR).json()["items"]
+    causes = calling.get(f"{writer._url}/fleet/causes", headers=OPERATOR).json()["items"]
     for cause in causes[:1]:
         writer.write("PUT", "/fleet/causes/{cause}/mute", {"note": TEXT}, cause=cause["id"])
     return ["/fleet/rollouts/bare", *(f"/fleet/causes/{cause['id']}" for cause in causes)]

@@ -3,12 +3,12 @@
 import re
 from datetime import UTC, datetime
 
-import httpx2
 from playwright.sync_api import Page, expect
 
 from stillroom.service.accounts import new_login_link
 from stillroom.store import people
 from stillroom.store.database import Database
+from tests.e2e import calling
 from tests.e2e.conftest import ADMIN_TOKEN, OpenPage, Robot, Running
 from tests.e2e.looking import shown
 from tests.e2e.test_accessibility import AXE
@@ -99,16 +99,16 @@ def test_people_see_their_browsers_and_give_tokens_to_their_programs(served: Run
     page.get_by_role("button", name="Make a token").click()
     token = page.get_by_text("stp_").inner_text()
     figures = f"{served.url}/api/v1/fleet/failure-rates"
-    assert httpx2.get(figures, headers={"Authorization": f"Bearer {token}"}).status_code == 200
+    assert calling.get(figures, headers={"Authorization": f"Bearer {token}"}).status_code == 200
     page.get_by_role("button", name="Revoke: a dashboard").click()
     expect(page.get_by_role("button", name="Revoke: a dashboard")).to_have_count(0)
-    assert httpx2.get(figures, headers={"Authorization": f"Bearer {token}"}).status_code == 401
+    assert calling.get(figures, headers={"Authorization": f"Bearer {token}"}).status_code == 401
 
 
 def test_pages_about_people_are_for_everybody(served: Running, open_page: OpenPage) -> None:
     operator = open_page("/operator")
     links = [invited(operator, f"{name}@example.org") for name in ("wim", "xena")]
-    httpx2.post(
+    calling.post(
         f"{served.url}/api/v1/robots",
         headers={"Authorization": f"Bearer {ADMIN_TOKEN}"},
         json={"id": "RB-of-Wim", "name": "Wim's robot with quite a long name", "owner": "wim@example.org"},
@@ -132,7 +132,7 @@ def test_pages_about_people_are_for_everybody(served: Running, open_page: OpenPa
 
 
 def test_a_viewer_of_a_home_is_offered_nothing_that_viewers_may_not_do(served: Running, open_page: OpenPage) -> None:
-    made = httpx2.post(
+    made = calling.post(
         f"{served.url}/api/v1/robots",
         headers={"Authorization": f"Bearer {ADMIN_TOKEN}"},
         json={"id": "RB-of-Una", "name": "Una's robot", "owner": "una@example.org"},

@@ -4,9 +4,9 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
-import httpx2
 from playwright.sync_api import Page, StorageState, expect
 
+from tests.e2e import calling
 from tests.e2e.conftest import ADMIN_TOKEN, OpenPage, Robot, Running
 from tests.e2e.test_hostile_text import link_of
 
@@ -16,7 +16,7 @@ EMAIL = "paula@example.org"
 def test_an_owner_saves_deletes_and_brings_in_a_home(
     served: Running, open_page: OpenPage, keep: Callable[[Page, str], None], tmp_path: Path
 ) -> None:
-    made = httpx2.post(
+    made = calling.post(
         f"{served.url}/api/v1/robots",
         headers={"Authorization": f"Bearer {ADMIN_TOKEN}"},
         json={"id": "RB-paula", "name": "Paulas", "owner": EMAIL},
@@ -61,5 +61,5 @@ def test_an_owner_saves_deletes_and_brings_in_a_home(
     keep(page, "privacy-360-dark")
     page.get_by_role("button", name="Delete for good").click()
     page.wait_for_url("**/")
-    answer = httpx2.put(f"{robot.path}/missions/1", headers={"Authorization": f"Bearer {robot.token}"}, content=b"")
+    answer = calling.put(f"{robot.path}/missions/1", headers={"Authorization": f"Bearer {robot.token}"}, content=b"")
     assert answer.status_code == 403

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from math import pi
 
-import httpx2
 import pytest
 import sqlalchemy as sa
 from playwright.sync_api import Locator, Page, Route, expect
@@ -15,6 +14,7 @@ from stillroom.maps.geometry import Pose
 from stillroom.service.decisions import expire
 from stillroom.store.database import Database
 from stillroom.store.tables import conflict
+from tests.e2e import calling
 from tests.e2e.asking import (
     OPEN_PLAN,
     OWNER,
@@ -219,7 +219,7 @@ def test_a_later_mission_that_makes_a_question_pointless_leads_on_to_its_own(ask
 def test_a_question_about_a_pinned_map_that_nobody_answers_ends_at_its_deadline(
     mapped: Robot, open_page: OpenPage
 ) -> None:
-    assert httpx2.put(f"{mapped.path}/pin", headers=OWNER).status_code == 200
+    assert calling.put(f"{mapped.path}/pin", headers=OWNER).status_code == 200
     assert send(mapped, "1", OPEN_PLAN)["version"] == 2
     page = open_page(question(mapped))
     expect(page.get_by_role("button", name=KEEP)).to_be_visible()

@@ -3,13 +3,14 @@
 from collections.abc import Callable, Iterator
 from typing import Any
 
-import httpx2
 import pytest
 from playwright.sync_api import Browser, Page, StorageState, expect
 
 from stillroom.service.fleet.variants import is_candidate
 from stillroom.store.database import Database
+from tests.e2e import calling
 from tests.e2e.conftest import ADMIN_TOKEN, OpenPage, Robot, Running, running
+from tests.e2e.looking import eventually
 from tests.e2e.test_accessibility import AXE, Keep
 from tests.fleets import Arms, put_at
 from tests.homes import home
@@ -48,7 +49,7 @@ def arms(fleet: Running) -> Iterator[Arms]:
 
 
 def get(fleet: Running, path: str) -> Any:
-    answer = httpx2.get(f"{fleet.url}{path}", headers=OPERATOR)
+    answer = calling.get(f"{fleet.url}{path}", headers=OPERATOR)
     assert answer.status_code == 200, answer.text
     return answer.json()
 
@@ -89,12 +90,9 @@ def test_a_rollout_from_the_first_look_to_the_way_back(
     again.get_by_label("Resolvers").select_option("none")
     again.get_by_role("button", name="Run missions again").click()
     expect(page.get_by_role("heading", level=1)).to_have_text("coarse")
-    for _ in range(20):
-        if "1 of 1" in page.locator("main").inner_text():
-            break
-        page.wait_for_timeout(500)
-        page.reload()
-        expect(page.get_by_role("heading", level=1)).to_have_text("coarse")
+    eventually(page, lambda: get(fleet, "/api/v1/fleet/replays/coarse")["done"] == 1)
+    page.reload()
+    expect(page.get_by_role("main")).to_contain_text("1 of 1")
     expect(page.get_by_role("row", name="With meta-dividers")).to_contain_text("1")
     page.get_by_role("link", name="All rollouts and replays").click()
 
@@ -108,11 +106,8 @@ def test_a_rollout_from_the_first_look_to_the_way_back(
     robot.upload("2", home(shift=(2, 0)))
     before = get(fleet, robot.path.removeprefix(fleet.url))
     paired = page.get_by_role("region", name="The same missions both ways")
-    for _ in range(20):
-        page.reload()
-        if paired.count() > 0:
-            break
-        page.wait_for_timeout(500)
+    eventually(page, lambda: get(fleet, f"/api/v1/fleet/rollouts/{NAME}")["tables"] != [])
+    page.reload()
     expect(paired.get_by_role("row", name="With meta-dividers")).to_contain_text("1")
     arms.add(0, False, 400, 6, beside_failed=6)
     page.reload()
@@ -134,7 +129,7 @@ def test_a_rollout_from_the_first_look_to_the_way_back(
         expect(row).to_contain_text(said)
     expect(row).to_contain_text("about")
     expect(page.get_by_role("button", name="Go on to 5\u00a0% of homes")).to_be_disabled()
-    refused = httpx2.post(f"{fleet.url}/api/v1/fleet/rollouts/{NAME}/advance", headers=OPERATOR)
+    refused = calling.post(f"{fleet.url}/api/v1/fleet/rollouts/{NAME}/advance", headers=OPERATOR)
     assert (refused.status_code, refused.json()["verdict"]) == (409, "inconclusive")
     look_at_all(page, "rollout-inconclusive")
 

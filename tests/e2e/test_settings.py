@@ -5,9 +5,9 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-import httpx2
 from playwright.sync_api import Page, expect
 
+from tests.e2e import calling
 from tests.e2e.asking import OWNER
 from tests.e2e.conftest import OpenPage, Running
 
@@ -55,7 +55,7 @@ def test_a_webhook_is_added_with_a_secret_shown_once_and_removed(
     webhooks.get_by_role("button", name="Add a webhook").click()
     section(page, "Webhooks")(r"shown this once: whsec_\S+")
     keep(page, "settings-1440-light")
-    (made,) = httpx2.get(f"{served.url}/api/v1/webhooks", headers=OWNER).json()["items"]
+    (made,) = calling.get(f"{served.url}/api/v1/webhooks", headers=OWNER).json()["items"]
     assert (made["label"], len(made["types"])) == ("Lights", 4)
     page.reload()
     expect(webhooks.get_by_text("whsec_")).to_have_count(0)
@@ -73,13 +73,13 @@ def test_a_browser_shows_what_is_pushed_to_it_until_it_is_told_not_to(served: Ru
     page.reload()
     page.get_by_role("combobox", name="Messages are in").select_option("Deutsch")
     expect(page.get_by_role("status").filter(has_text="Saved.")).to_be_attached()
-    assert httpx2.get(f"{served.url}/api/v1/notifications", headers=OWNER).json()["language"] == "de"
+    assert calling.get(f"{served.url}/api/v1/notifications", headers=OWNER).json()["language"] == "de"
     page.get_by_role("button", name="Show messages in this browser").click()
     section(page, "In this browser")(r"Chrome, Linux \(this browser\)")
     browsers = page.get_by_role("region", name="In this browser")
     browsers.get_by_role("checkbox", name="new rooms").uncheck()
     expect(browsers.get_by_role("status").filter(has_text="Saved.")).to_be_attached()
-    push = httpx2.get(f"{served.url}/api/v1/notifications", headers=OWNER).json()["push"]
+    push = calling.get(f"{served.url}/api/v1/notifications", headers=OWNER).json()["push"]
     assert (push["kinds"], len(push["subscriptions"])) == (["conflict", "parked"], 1)
     keep_it = {"title": "Keep Kitchen as it was", "url": "/questions?answer=accept:p1"}
     message = {"kind": "conflict", "title": "Kitchen?", "body": "37 % is gone.", "tag": "t", "url": "/questions"}
@@ -89,8 +89,8 @@ def test_a_browser_shows_what_is_pushed_to_it_until_it_is_told_not_to(served: Ru
     assert page.evaluate(told) == [["Kitchen?", "37 % is gone.", [[keep_it["title"], keep_it["url"]]]]]
     page.get_by_role("button", name="Stop").click()
     section(page, "In this browser")("shows no messages yet")
-    assert httpx2.get(f"{served.url}/api/v1/notifications", headers=OWNER).json()["push"]["subscriptions"] == []
-    assert httpx2.patch(
+    assert calling.get(f"{served.url}/api/v1/notifications", headers=OWNER).json()["push"]["subscriptions"] == []
+    assert calling.patch(
         f"{served.url}/api/v1/notifications",
         headers=OWNER,
         json={"push": ["conflict", "parked", "room"], "language": "en"},

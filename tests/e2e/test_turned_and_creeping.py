@@ -5,7 +5,6 @@ from collections.abc import Callable
 from math import pi
 from typing import Any
 
-import httpx2
 import numpy as np
 import pytest
 import shapely
@@ -15,6 +14,7 @@ from stillroom.documents.images import as_grey
 from stillroom.maps.geometry import Pose, as_points
 from stillroom.maps.grid import OccupancyGrid
 from tests.drawing import iou
+from tests.e2e import calling
 from tests.e2e.asking import OWNER, causes, questions, read
 from tests.e2e.conftest import OpenPage, Robot
 from tests.e2e.looking import shown
@@ -50,7 +50,7 @@ def test_a_pinned_map_that_comes_back_turned_goes_through_one_transform_or_waits
     robot.upload("0", as_grey(home.grid.cells), **FRAME)
     robot.edit(1, {"op": "add_restriction", "kind": "no_go", "shape": ZONE})
     before = read(robot)
-    assert httpx2.put(f"{robot.path}/pin", headers=OWNER).status_code == 200
+    assert calling.put(f"{robot.path}/pin", headers=OWNER).status_code == 200
     grid = turned(home.grid, TURN)
     result = robot.upload("1", as_grey(grid.cells), **frame_of(grid))
     page = open_page(robot.page)
