@@ -9,8 +9,11 @@ from stillroom.service.processing import process_next
 from tests.conftest import RobotCaller, Service
 from tests.homes import home
 
-RECEIVED, PROCESSED = 9, 19
-"""Statements of an upload that is answered at once, its token and its document included, and of processing it."""
+RECEIVED, PROCESSED = 9 + 2, 19
+"""Statements of an upload that is answered at once, its token and its document included, and of processing it.
+
+Two are about the queue, which is looked at once a second.
+"""
 
 
 @contextmanager
