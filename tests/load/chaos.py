@@ -25,7 +25,7 @@ EVERY_S = 8.0
 """From one kill of a serving process to the next."""
 FROZEN_S = 13.0
 """Longer than a lease: another takes the mission, and both come to an end with it."""
-SMALL_DISK_MB = 14
+SMALL_DISK_MB = 9
 
 
 class Chaos:
