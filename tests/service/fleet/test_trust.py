@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
-from stillroom.store import clock, lanes
+from stillroom.store import clock, lanes, maps, missions
 from stillroom.store.fleet_tables import counted
 from stillroom.store.tables import mission, version
 from tests.conflicts import Core, rejected
@@ -130,8 +130,12 @@ def told(service: Service) -> dict[str, dict[str, float]]:
 def set_clock(monkeypatch: pytest.MonkeyPatch) -> Callable[[datetime], None]:
     """What the service takes for the time; the leases of lanes have a clock of their own."""
 
+    at_now, with_map = maps.at_now, missions.with_map
+
     def set_to(moment: datetime) -> None:
         monkeypatch.setattr(clock, "now", lambda _tx: moment)
+        monkeypatch.setattr(maps, "at_now", lambda *what: (at_now(*what)[0], moment))
+        monkeypatch.setattr(missions, "with_map", lambda *what: (*with_map(*what)[:2], moment))
 
     return set_to
 
