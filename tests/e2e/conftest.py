@@ -26,7 +26,27 @@ ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "test-results"
 ADMIN_TOKEN = "operator-of-the-browser-tests"
 START_S = 120
+NO_FEATURES = [
+    # a page of its own for suggestions under the address bar, in each window, although nobody sees one: a second of CPU for each test
+    "WebUIOmniboxPopup",
+    "WebUIOmniboxAimPopup",
+    "WebUIOmniboxFullPopup",
+    # what Playwright switches off: the last list on the command line counts
+    "AvoidCorsURLLoaderRestartOnRedirect",
+    "AvoidUnnecessaryBeforeUnloadCheckSync",
+    "DestroyProfileOnBrowserClose",
+    "HttpsFirstBalancedModeAutoEnable",
+    "HttpsUpgrades",
+    "LensOverlay",
+    "MediaRouter",
+    "NetworkTimeServiceQuerying",
+    "OptimizationHints",
+    "PaintHolding",
+    "PreconnectToSearch",
+    "ThirdPartyStoragePartitioning",
+]
 BROWSER_OPTIONS = [
+    f"--disable-features={','.join(NO_FEATURES)}",
     "--no-sandbox",
     "--disable-gpu",
     "--disable-quic",
