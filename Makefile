@@ -34,7 +34,7 @@ check-web:
 	cd web && $(NPM) run --silent check:client
 
 test: check browser  ## everything that must hold
-	$(BIN)/pytest --numprocesses 2 --dist loadgroup
+	$(BIN)/pytest --numprocesses 3 --dist loadgroup
 
 fuzz: setup  ## ask the whole API, and feed every reader and archives, with what nobody sends by mistake, for 10 minutes each; then all laws by examples that were not tried before
 	STILLROOM_FUZZ_S=600 $(BIN)/pytest tests/fuzz
