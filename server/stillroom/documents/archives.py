@@ -202,8 +202,6 @@ class Archive:
         try:
             with self._zip.open(info) as packed:
                 return packed.read(MOST_OF_ONE + 1)
-        except (zipfile.BadZipFile, NotImplementedError, EOFError, OSError, ValueError, RuntimeError) as error:
-            raise _refused(path, f"can't be unpacked: {error}") from None
         except Exception as error:  # zlib's own class of errors has no name that all versions know
             raise _refused(path, f"can't be unpacked: {error}") from None
 
