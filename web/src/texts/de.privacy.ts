@@ -12,7 +12,7 @@ export const privacyDe: PrivacyTexts = {
   bringInHome: "Gesichertes Zuhause einspielen",
   whole:
     "Eine Datei mit allen Karten aller Roboter und ihrem Verlauf, wer zum Zuhause gehört und wer geschaut hat. Beim Einspielen kommen Karten Ihrer Roboter wieder zu diesen; andere werden ohne Roboter aufgehoben.",
-  saveOf: (robot) => `Alles von ${robot} sichern`,
+  saveOf: (robot) => `Alles sichern: ${robot}`,
   bringIn: "Karten einspielen",
   bringInOf: (robot) => `Gesicherte Karten bei ${robot} einspielen`,
   broughtIn: (maps, versions) =>
@@ -20,7 +20,7 @@ export const privacyDe: PrivacyTexts = {
   clash: "Der Roboter hat schon eine Karte mit diesem Namen.",
   unreadable: "Diese Datei lässt sich nicht verwenden: Sie ist kein gesichertes Zuhause oder wurde verändert.",
   log: "Wer geschaut hat",
-  logOf: (robot) => `Wer die Karten von ${robot} angesehen hat`,
+  logOf: (robot) => `Wer geschaut hat: ${robot}`,
   nobody: "Niemand hat etwas angesehen oder geändert.",
   did: { look: "sah an:", change: "änderte:", plan: "sah mit Ihrer Erlaubnis den Grundriss an:" },
   things: {
@@ -41,7 +41,7 @@ export const privacyDe: PrivacyTexts = {
   times: (n) => (n === 1 ? "" : `, ${n}-mal`),
   from: (network) => `von ${network}`,
   erase: "Karten löschen",
-  eraseOf: (robot) => `Karten von ${robot} löschen`,
+  eraseOf: (robot) => `Karten löschen: ${robot}`,
   eraseTitle: (robot) => `Alle Karten von ${robot} löschen?`,
   eraseText:
     "Alle Karten, alle Fassungen, alles, was der Roboter wahrgenommen hat, und alle Fragen und Antworten werden sofort und endgültig gelöscht. Der Roboter bleibt Ihrer und fängt neu an. Sichern Sie vorher alles, falls Sie es noch brauchen könnten.",

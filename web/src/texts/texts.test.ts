@@ -65,3 +65,11 @@ describe.each([
     expect(same).toEqual([]);
   });
 });
+
+it("what a button is called by its robot begins with what stands on it: who speaks to a browser says that", () => {
+  for (const words of [privacyEn, privacyDe]) {
+    expect(words.saveOf("Hall robot")).toMatch(new RegExp(`^${words.save}`));
+    expect(words.logOf("Hall robot")).toMatch(new RegExp(`^${words.log}`));
+    expect(words.eraseOf("Hall robot")).toMatch(new RegExp(`^${words.erase}`));
+  }
+});
