@@ -32,6 +32,8 @@ BIAS_M = 1e-7
 """Coordinates halfway between two millimetres, as those of cells often are, go to the upper one and not where rounding errors send them."""
 BULGE = 0.01
 """Cells; small beside any distance between corners."""
+SPECK = 0.5
+"""A part with less than this share of the smallest area stays below it however its edges are straightened."""
 MARGIN = 0.1
 """Share of an edge at both of its ends that is not fitted: corners are ragged."""
 
@@ -125,7 +127,8 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
     cell = frame.resolution
     borders = trace(floor)
     areas = np.array([_area(border) for border in borders]) * cell**2
-    around = [borders[k] for k in np.flatnonzero(areas > 0)]
+    # straight edges don't bring the many specks to `smallest_m2`; a pillar in one of them takes nothing from other parts
+    around = [borders[k] for k in np.flatnonzero((areas > 0) & (areas >= SPECK * smallest_m2))]
     pillars = [borders[k] for k in np.flatnonzero(areas <= -params.pillar_area_m2)]
     holes: dict[int, list[Polygon]] = {}
     for rings, part in zip(_straightened(pillars, cell, params), _parts_of(pillars, around), strict=True):
@@ -191,7 +194,7 @@ def _straightened(
 ) -> list[list[Polygon]]:
     """Each border of the floor as valid polygons in continuous cell coordinates, mostly one. `cell`: metres.
 
-    There are many specks: what is too small for straight edges, and below `smallest_m2`, is left out.
+    What is too small for straight edges, and below `smallest_m2`, is left out.
     """
     tolerance = max(params.outline_tolerance_m / cell, 1.1)
     rings = _bulged(borders)
