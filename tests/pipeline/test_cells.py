@@ -1,5 +1,6 @@
-"""Which cells of a grid lie in polygons."""
+"""Which cells of a grid lie in polygons, and which in short pieces of a mask."""
 
+import cv2
 import numpy as np
 import shapely
 from hypothesis import given
@@ -7,7 +8,7 @@ from hypothesis import strategies as st
 
 from stillroom.maps.geometry import Points, Pose, as_points
 from stillroom.maps.grid import GridFrame
-from stillroom.pipeline.cells import cells_in
+from stillroom.pipeline.cells import cells_in, short_pieces
 
 
 def _centres(frame: GridFrame) -> Points:
@@ -37,3 +38,11 @@ def test_no_polygon_and_one_beyond_the_grid_hold_no_cell() -> None:
     assert not cells_in([], frame).any()
     assert not cells_in([shapely.box(5, 5, 6, 6)], frame).any()
     assert cells_in([shapely.box(-5, -5, 6, 6)], frame).all()
+
+
+@given(st.integers(0, 2**32), st.floats(0.05, 0.95), st.integers(1, 12))
+def test_a_piece_is_short_where_its_box_is_in_both_directions(seed: int, filled: float, cells: int) -> None:
+    mask = np.random.default_rng(seed).random((20, 30)) < filled
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    short = stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(1) < cells
+    assert np.array_equal(short_pieces(mask, cells), mask & short[labels])

@@ -1,4 +1,4 @@
-"""Which cells of a grid lie in polygons of the map frame."""
+"""Which cells of a grid lie in polygons of the map frame, and which in short pieces of a mask."""
 
 from collections.abc import Sequence
 
@@ -16,6 +16,8 @@ CANVAS_MARGIN = 4
 
 def cells_in(polygons: Sequence[Polygon], frame: GridFrame) -> Mask:
     """The cells whose centre lies in one of the polygons; exactly so, because a wall may be one cell thick."""
+    if not polygons:
+        return np.zeros((frame.height, frame.width), np.bool_)
     shape = shapely.union_all(list(polygons))
     # Drawn on a canvas that holds it all: OpenCV is not exact where shapes leave the canvas.
     canvas = np.zeros((frame.height + 2 * CANVAS_MARGIN, frame.width + 2 * CANVAS_MARGIN), np.uint8)
@@ -49,6 +51,17 @@ def label_cells(polygons: Sequence[Polygon], frame: GridFrame) -> npt.NDArray[np
         part = GridFrame(frame.resolution, width, height, Pose(x, y, frame.origin.yaw))
         labels[bottom : bottom + height, left : left + width][cells_in([polygon], part)] = number
     return labels
+
+
+def short_pieces(mask: Mask, cells: float) -> Mask:
+    """The 8-connected components of `mask` that are shorter than so many cells, in both directions."""
+    pieces = mask.view(np.uint8)
+    borders, links = cv2.findContours(pieces, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    outer = np.flatnonzero(links[0, :, 3] < 0).tolist() if len(borders) else []
+    short = [borders[k] for k in outer if max(cv2.boundingRect(borders[k])[2:]) < cells]
+    # what one of them encloses is shorter still
+    found = cv2.drawContours(np.zeros(mask.shape, np.uint8), short, -1, 1, cv2.FILLED)
+    return np.asarray(found, np.uint8).view(np.bool_) & mask
 
 
 def _around(frame: GridFrame, cells: float) -> Polygon:

@@ -9,7 +9,7 @@ from stillroom.maps.geometry import line_strings
 from stillroom.maps.grid import Cell, GridFrame, Mask, OccupancyGrid, look_up
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.alignment import WallSamples
-from stillroom.pipeline.cells import nearest_cells
+from stillroom.pipeline.cells import nearest_cells, short_pieces
 
 FOUND_M = 0.15
 """A wall is found again where an obstacle lies within this distance, and the obstacle is not new."""
@@ -70,23 +70,12 @@ def faces_of_obstacles(grid: OccupancyGrid) -> Mask:
 
 def large_pieces(mask: Mask, frame: GridFrame) -> Mask:
     """`mask` without the pieces that are smaller than `PIECE_M`."""
-    labels, large, _ = _pieces(mask, frame)
-    return np.asarray(large[labels])
+    return mask & ~short_pieces(mask, PIECE_M / frame.resolution)
 
 
 def count_in_large_pieces(mask: Mask, frame: GridFrame) -> int:
     """The cells of `large_pieces`."""
-    _, large, cells = _pieces(mask, frame)
-    return int(cells[large].sum())
-
-
-def _pieces(mask: Mask, frame: GridFrame) -> tuple[npt.NDArray[np.int32], Mask, npt.NDArray[np.int32]]:
-    """The component of each cell, which components are as long as `PIECE_M` (not the background), and how many cells they have."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
-    sides, cells = np.asarray(stats)[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]], np.asarray(stats)[:, cv2.CC_STAT_AREA]
-    large = sides.max(1) * frame.resolution >= PIECE_M
-    large[0] = False
-    return np.asarray(labels, np.int32), large, cells.astype(np.int32)
+    return int(np.count_nonzero(large_pieces(mask, frame)))
 
 
 def grown(mask: Mask, reach_m: float, frame: GridFrame) -> Mask:

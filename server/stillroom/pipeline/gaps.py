@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from stillroom.maps.geometry import Points
+from stillroom.maps.geometry import GRID_M, Points
 from stillroom.maps.grid import GridFrame, Mask
 from stillroom.pipeline.params import Params
 
@@ -45,15 +45,16 @@ def find_gaps(
 class WallSearch:
     """Stations on lines, a cell apart, and the cells across the line at each, the nearest first.
 
-    `stations`: (n, 2), cells; `line`: (n,), which line each is on; `rings`: of each line, whether it is closed; `columns`, `rows`: (n, m).
+    `stations`: (n, 2), cells; `line`: (n,), which line each is on; `rings`: of each line, whether it is closed; `across`: (n, m), numbers of
+    cells, row by row; `inside`: (n, m), whether there is such a cell.
     """
 
     frame: GridFrame
     stations: Points
     line: Numbers
     rings: Mask
-    columns: Numbers
-    rows: Numbers
+    across: Numbers
+    inside: Mask
 
     @staticmethod
     def along(lines: Sequence[Points], frame: GridFrame, params: Params) -> "WallSearch":
@@ -70,8 +71,10 @@ class WallSearch:
         steps = steps[np.argsort(np.abs(steps), kind="stable")]
         columns = np.floor(stations[:, :1] + steps * along[:, 1:]).astype(np.int64)
         rows = np.floor(stations[:, 1:] - steps * along[:, :1]).astype(np.int64)
-        rings = np.isclose([line[0] for line in lines], [line[-1] for line in lines]).reshape(-1, 2).all(1)
-        return WallSearch(frame, stations, line, rings, columns, rows)
+        inside = (columns >= 0) & (rows >= 0) & (columns < frame.width) & (rows < frame.height)
+        across = np.where(inside, rows * frame.width + columns, 0)
+        rings = np.array([np.abs(line[0] - line[-1]).max() < GRID_M for line in lines], np.bool_)
+        return WallSearch(frame, stations, line, rings, across, inside)
 
     def gaps(self, wall: Mask, leaps_m: float = np.inf) -> list[Gap]:
         """As `find_gaps`: of each line those between two places on `wall`, then those at its beginning and at its end."""
@@ -107,11 +110,10 @@ class WallSearch:
 
     def _nearest(self, wall: Mask) -> tuple[Mask, Numbers]:
         """For each station whether a cell of `wall` lies across the line, and which is the nearest, column and row: (n,) and (n, 2)."""
-        height, width = wall.shape
-        inside = (self.columns >= 0) & (self.rows >= 0) & (self.columns < width) & (self.rows < height)
-        seen = wall[np.where(inside, self.rows, 0), np.where(inside, self.columns, 0)] & inside
-        at = np.arange(len(seen)), seen.argmax(1)
-        return seen.any(1), np.stack([self.columns[at], self.rows[at]], 1)
+        seen = wall.ravel().take(self.across) & self.inside
+        station, first = np.arange(len(seen)), seen.argmax(1)
+        rows, columns = np.divmod(self.across[station, first], self.frame.width)
+        return seen[station, first], np.stack([columns, rows], 1)
 
     def _from_wall(self, hit: Mask) -> Numbers:
         """An order of stations in which rings begin, and end, on a wall, so that no gap is cut in two."""

@@ -12,7 +12,7 @@ from stillroom.maps.geometry import GRID_M, Line, Points, as_points, polygons_in
 from stillroom.maps.grid import Cell, GridFrame, Mask, OccupancyGrid, look_up
 from stillroom.maps.meta import MetaOccupancy
 from stillroom.maps.semantics import SemanticMap
-from stillroom.pipeline.cells import cells_in, nearest_cells
+from stillroom.pipeline.cells import cells_in, nearest_cells, short_pieces
 from stillroom.pipeline.gaps import Gap, WallSearch
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.walls import Obstacles, seal_diagonals, separate_clutter
@@ -47,34 +47,41 @@ def classify_obstacles(
     frame, cell = grid.frame, grid.frame.resolution
     # where a meta-divider stood and the robot senses something now, the wall is back
     boundary = [as_points(w.line) for w in tracked.walls] + [as_points(d.line) for d in tracked.meta.dividers]
-    near = band(boundary, params.wall_classification_m, frame)
+    reaches = params.wall_classification_m, params.wall_offset_m, params.outline_margin_m
+    near, along, margin = bands(boundary, reaches, frame)
     doors = filled([_doorway(d.line, params.door_thickness_m) for d in tracked.dividers if d.id in shut], frame)
     wall = grid.occupied & (near | ~inside) & ~doors
-    furniture = wall & _furniture(
-        grid.occupied & inside, near, band(boundary, params.wall_offset_m, frame), params, cell
-    )
+    furniture = wall & _furniture(grid.occupied & inside, near, along, params, cell)
     wall &= ~furniture
     # but what stands against a wall does not open it
     search = WallSearch.along(boundary, frame, params)
     behind = [gap.path for gap in search.gaps(wall)]
     wall |= furniture & band(behind, params.wall_offset_m, frame)
     floor = grid.free.copy()
-    if (floor & ~inside & ~near).sum() * cell**2 > params.floor_speck_m2:
+    if np.count_nonzero(floor & ~inside & ~near) * cell**2 > params.floor_speck_m2:
         beyond = separate_clutter(grid, params).floor & ~inside & ~near
         floor |= beyond
         wall &= ~beyond
     wall |= _bridged(search.gaps(wall), frame, params)
-    wall &= ~(_spurs(wall, params.wall_spur_m / cell) & (near | inside))
+    # edges of cupboards that touch a wall are no walls
+    wall &= ~(short_pieces(wall, params.wall_spur_m / cell) & (near | inside))
     wall |= cells_in(meta_walls, frame)
     floor &= ~wall
     unseen = grid.unexplored & inside & ~wall
-    rim = unseen & band(boundary, params.outline_margin_m, frame)
-    unseen &= ~rim
-    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    for _ in range(2 * round(params.outline_margin_m / cell) + 2):
-        unseen |= (cv2.dilate(unseen.view(np.uint8), cross) > 0) & rim
+    unseen = _spread(unseen & ~margin, unseen, 2 * round(params.outline_margin_m / cell) + 2)
     floor |= (grid.occupied & ~wall & (inside | near)) | unseen
     return Obstacles(wall, grid.occupied & ~wall & inside, seal_diagonals(floor))
+
+
+def _spread(mask: Mask, over: Mask, steps: int) -> Mask:
+    """`mask` grown by so many cells at the most, from cell to cell with a common edge, within `over`."""
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    for _ in range(steps):
+        grown = np.asarray(cv2.dilate(mask.view(np.uint8), cross)).view(np.bool_) & over
+        if np.array_equal(grown, mask):
+            break
+        mask = grown
+    return mask
 
 
 def filled(polygons: Sequence[Polygon], frame: GridFrame) -> Mask:
@@ -96,26 +103,26 @@ def room_cells(semantic_map: SemanticMap, frame: GridFrame) -> Mask:
 
 def band(lines: Sequence[Points], reach_m: float, frame: GridFrame) -> Mask:
     """Cells within `reach_m` of one of the lines."""
-    mask = np.zeros((frame.height, frame.width), np.uint8)
-    thickness = max(1, 2 * round(reach_m / frame.resolution) + 1)
+    return bands(lines, [reach_m], frame)[0]
+
+
+def bands(lines: Sequence[Points], reaches_m: Sequence[float], frame: GridFrame) -> list[Mask]:
+    """The same for each of the distances."""
     points = drawn(np.concatenate([np.zeros((0, 2)), *lines]), frame)
     ends = np.cumsum([len(line) for line in lines], dtype=np.int64).tolist()
     pieces = [points[end - len(line) : end] for line, end in zip(lines, ends, strict=True)]
-    cv2.polylines(mask, pieces, False, 1, thickness, shift=SUBPIXEL)
-    return mask > 0
+    found = []
+    for reach_m in reaches_m:
+        mask = np.zeros((frame.height, frame.width), np.uint8)
+        thickness = max(1, 2 * round(reach_m / frame.resolution) + 1)
+        cv2.polylines(mask, pieces, False, 1, thickness, shift=SUBPIXEL)
+        found.append(mask.view(np.bool_))
+    return found
 
 
 def drawn(points: Points, frame: GridFrame) -> npt.NDArray[np.int32]:
     """Map coordinates as OpenCV draws them: fixed point, cell centres at whole numbers."""
     return np.round((frame.to_cells(points) - 0.5) * (1 << SUBPIXEL)).astype(np.int32)
-
-
-def _spurs(mask: Mask, cells: float) -> Mask:
-    """Components of `mask` shorter than `cells`: edges of cupboards that touch a wall, not walls."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
-    short = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) < cells
-    short[0] = False
-    return np.asarray(np.take(short, np.asarray(labels, np.int32)))
 
 
 def _furniture(obstacles: Mask, near: Mask, along: Mask, params: Params, cell: float) -> Mask:
@@ -124,16 +131,14 @@ def _furniture(obstacles: Mask, near: Mask, along: Mask, params: Params, cell: f
     `along` is the band of cells in which walls are expected. What touches furniture there belongs to it, or else the slice of a cupboard
     that is next to the wall would become wall, and with the next mission the next slice.
     """
-    _, found, stats, _ = cv2.connectedComponentsWithStats((obstacles & ~along).view(np.uint8), connectivity=8)
-    labels = np.asarray(found, np.int32)
-    longest = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
-    large = np.zeros(len(stats), bool)
-    large[labels[obstacles & ~along & ~near]] = True
-    small = (longest < params.wall_spur_m / cell) & ~large
-    large[0] = small[0] = False
+    off_walls = obstacles & ~along
+    count, labels = cv2.connectedComponents(off_walls.view(np.uint8), connectivity=8)
+    is_large = np.zeros(count, bool)
+    is_large[np.asarray(labels)[off_walls & ~near]] = True
+    large = is_large.take(labels)
     reach = 2 * (round(params.wall_offset_m / cell) + 1) + 1
-    grown = cv2.dilate(large.take(labels).view(np.uint8), np.ones((reach, reach), np.uint8)) > 0
-    return np.asarray(small.take(labels) | (grown & obstacles))
+    grown = cv2.dilate(large.view(np.uint8), np.ones((reach, reach), np.uint8)) > 0
+    return np.asarray((short_pieces(off_walls, params.wall_spur_m / cell) & ~large) | (grown & obstacles))
 
 
 def _bridged(gaps: Sequence[Gap], frame: GridFrame, params: Params) -> Mask:
