@@ -88,11 +88,12 @@ def new_floor(transfer: Transfer, params: Params) -> list[Polygon]:
     narrow = cv2.erode(
         beyond.view(np.uint8), np.ones((3, 3), np.uint8), iterations=int(JITTER_M / 2 / frame.resolution)
     )
-    if beyond.sum() * frame.resolution**2 < params.growth_area_m2 or not narrow.any():
+    if np.count_nonzero(beyond) * frame.resolution**2 < params.growth_area_m2 or not narrow.any():
         return []
     known = shapely.union_all([room.polygon for room in transfer.tracked.rooms])
-    beyond_known = shapely.difference(transfer.floor, shapely.buffer(known, JITTER_M))
-    parts = polygons_in(shapely.buffer(beyond_known, -JITTER_M / 2, join_style="mitre"))
+    beyond_known = polygons_in(shapely.difference(transfer.floor, shapely.buffer(known, JITTER_M)))
+    large = MultiPolygon([part for part in beyond_known if part.area >= params.growth_area_m2])
+    parts = polygons_in(shapely.buffer(large, -JITTER_M / 2, join_style="mitre"))
     grown = [shapely.buffer(part, JITTER_M / 2, join_style="mitre") for part in parts]
     return [part for part in polygons_in(grown) if part.area >= params.growth_area_m2]
 

@@ -132,9 +132,10 @@ def _furniture(obstacles: Mask, near: Mask, along: Mask, params: Params, cell: f
     that is next to the wall would become wall, and with the next mission the next slice.
     """
     off_walls = obstacles & ~along
-    count, labels = cv2.connectedComponents(off_walls.view(np.uint8), connectivity=8)
+    count, found = cv2.connectedComponents(off_walls.view(np.uint8), connectivity=8)
+    labels = np.asarray(found, np.int32)
     is_large = np.zeros(count, bool)
-    is_large[np.asarray(labels)[off_walls & ~near]] = True
+    is_large[labels[off_walls & ~near]] = True
     large = is_large.take(labels)
     reach = 2 * (round(params.wall_offset_m / cell) + 1) + 1
     grown = cv2.dilate(large.view(np.uint8), np.ones((reach, reach), np.uint8)) > 0

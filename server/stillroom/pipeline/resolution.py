@@ -201,14 +201,18 @@ def rejoin(attempt: Attempt, retry: Retry, params: Params) -> Attempt:
 
 def cut_off(attempt: Attempt, params: Params) -> frozenset[str]:
     """Rooms of which a part that is wide enough to be no jitter is in no room any more, or in a new one."""
-    before = {room.id: room for room in attempt.transfer.tracked.rooms}
-    less = [before[s.id] for s in attempt.scores if (1 - s.recall) * before[s.id].polygon.area > CUT_OFF_M2]
-    if not less:
-        return frozenset()
-    still = shapely.union_all([room.polygon for room in attempt.transfer.candidate.rooms if room.id in before])
-    lost = shapely.difference([room.polygon for room in less], still)
-    parts = shapely.area(shapely.buffer(lost, -params.wall_classification_m))
-    return frozenset(room.id for room, part in zip(less, parts.tolist(), strict=True) if part > CUT_OFF_M2)
+    before = {room.id: room.polygon for room in attempt.transfer.tracked.rooms}
+    now = {room.id: room.polygon for room in attempt.transfer.candidate.rooms if room.id in before}
+
+    def lost(id_: str, still: shapely.Geometry) -> bool:
+        beyond = shapely.difference(before[id_], still)
+        return bool(shapely.buffer(beyond, -params.wall_classification_m).area > CUT_OFF_M2)
+
+    less = [s.id for s in attempt.scores if (1 - s.recall) * before[s.id].area > CUT_OFF_M2]
+    # what a room lost to others is seldom wide: then nobody has to know where all of them are
+    less = [id_ for id_ in less if lost(id_, now.get(id_, Polygon()))]
+    still = shapely.union_all([*now.values()]) if less else Polygon()
+    return frozenset(id_ for id_ in less if lost(id_, still))
 
 
 def _extent(polygon: Polygon) -> float:
