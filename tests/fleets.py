@@ -11,6 +11,7 @@ import sqlalchemy as sa
 from stillroom.service.fleet.counting import catch_up
 from stillroom.store import conflicts, missions, robots, rollouts, seeding
 from stillroom.store import maps as map_store
+from stillroom.store.changes import apply
 from stillroom.store.conflicts import NewConflict, NewSighting
 from stillroom.store.database import Database
 from stillroom.store.fleet_tables import rolled, rollout, uncounted
@@ -77,7 +78,7 @@ class Fleet:
                 ablation = None if one.failed is None else (one.failed < 1, one.failed < 2, one.failed < 3)
                 base = None if one.rooms is None else 1
                 found = Finding(one.outcome, "", base, base, one.algorithm, None, ablation, {}, one.traceback)
-                missions.finish(tx, made, found, one.at)
+                apply(tx, *missions.finished(tx, made, found, one.at))
                 if one.met is not None:
                     kind, cause = one.met
                     resolved = one.outcome in ("updated", "resolved")

@@ -94,7 +94,7 @@ def test_versions_that_an_older_program_wrote_are_read_beside_newer_ones(databas
         robots.add(tx, RobotRow("RB-1", "Hall", None, now), "hash", "")
         of = maps.get_or_add(tx, "RB-1", "ground")
         for number in (1, 2):
-            assert maps.add_version(tx, of, new_version(), now) == number
+            assert maps.add_version(tx, replace(of, head=number - 1), new_version(), now) == number
         older = sa.update(version).where(version.c.number == 1)
         tx.execute(older.values(document=DOCUMENT, packed=None))
         for number in (1, 2):

@@ -9,11 +9,12 @@ from stillroom.service.processing import process_next
 from tests.conftest import RobotCaller, Service
 from tests.homes import home
 
-RECEIVED, PROCESSED = 9 + 2, 19
-"""Statements of an upload that is answered at once, its token and its document included, and of processing it.
-
-Two are about the queue, which is looked at once a second.
+RECEIVED = 9 + 2
+"""Statements of an upload that is answered at once, its token and its document included; two are about the queue, which is looked at
+once a second.
 """
+PROCESSED = {"postgresql": 10, "sqlite": 13}
+"""Of processing it: SQLite changes one table after the other."""
 
 
 @contextmanager
@@ -40,6 +41,7 @@ def test_a_mission_asks_the_database_no_more_than_it_must(service: Service, mapp
     assert len(received) <= RECEIVED, "\n".join(received)
     with asked() as processed:
         assert process_next(service.database, service.grids) == 1
-    assert len(processed) <= PROCESSED, "\n".join(processed)
+    most = PROCESSED[service.database.url.get_backend_name()]
+    assert len(processed) <= most, "\n".join(processed)
     assert mapped.get(f"{mapped.path()}/missions/2").json()["outcome"] == "updated"
     assert not [statement for statement in processed if statement.startswith(("INSERT INTO room", "UPDATE room"))]

@@ -160,8 +160,7 @@ def _commit(
         motion=None,
     )
     with database.write() as tx:
-        lanes.lock(tx, of.id)
-        of, now = maps.at_now(tx, of.id)
+        of, _, now = maps.lock(tx, of.id)
         if of.head != current.number:
             return None
         number = maps.add_version(tx, of, new, now)

@@ -60,6 +60,12 @@ class Gathered:
     """What a person placed here; None where the robot sent the mission here itself."""
     under_current: MissionRow | None
     """The mission that `current` lies on, as the robot sent it."""
+    is_any_standing: bool
+    """Whether anything about the map is not settled. Until the mission is done, no more is opened: but for missions of the same
+    map, only an answer to what stands opens anything.
+    """
+    is_any_in_play: bool
+    """Whether a rollout may say how it is processed."""
     now: datetime
 
     @property
@@ -100,9 +106,9 @@ def _is_older(first: MissionRow, second: MissionRow) -> bool:
 def gather(database: Database, mission_id: int) -> Gathered:
     """What else is committed meanwhile does not matter: versions stay as they are, and a head that is another by then is noticed."""
     with database.look() as tx:
-        mission, of, now = missions.with_map(tx, mission_id)
+        found = missions.to_process(tx, mission_id)
+        mission, of, current = found.mission, found.of, found.current
         meta = stored_meta(mission.meta)
-        current = None if of.head is None else maps.version_at(tx, of.id, of.head)
         base = current
         if meta.base_version != of.head:
             base = None if meta.base_version is None else maps.version_at(tx, of.id, meta.base_version)
@@ -111,7 +117,9 @@ def gather(database: Database, mission_id: int) -> Gathered:
             to_base = motion_between(partial(frame_step, tx, of.id), current.number, base.number)
         parked = None if mission.placed_from is None else missions.get(tx, mission.placed_from)
         under = under_version(tx, current) if current is not None and parked is not None else None
-    return Gathered(mission, of, meta, current, base, to_base, parked, under, now)
+    return Gathered(
+        mission, of, meta, current, base, to_base, parked, under, found.is_any_standing, found.is_any_in_play, found.now
+    )
 
 
 def gather_as_then(database: Database, mission_id: int) -> Gathered:
@@ -130,7 +138,7 @@ def gather_as_then(database: Database, mission_id: int) -> Gathered:
             to_base = motion_between(partial(frame_step, tx, of.id), current.number, base.number)
         parked = None if mission.placed_from is None else missions.get(tx, mission.placed_from)
         now = mission.finished_at or clock.now(tx)
-    return Gathered(mission, of, meta, current, base, to_base, parked, None, now)
+    return Gathered(mission, of, meta, current, base, to_base, parked, None, False, False, now)
 
 
 def current_map(of: MapRow, version: VersionRow, now: datetime) -> SemanticMap:

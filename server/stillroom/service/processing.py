@@ -4,12 +4,12 @@ import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from datetime import datetime
 from functools import partial
 from threading import Event, Thread
 
 import structlog
 
+from stillroom import __version__
 from stillroom.documents.grids import read_grid
 from stillroom.documents.stored import encode_motion
 from stillroom.errors import Unavailable
@@ -20,11 +20,12 @@ from stillroom.service import sightings
 from stillroom.service.candidates import Question, ask
 from stillroom.service.fleet.variants import Part, Variant, variant_for
 from stillroom.service.gathering import Gathered, Timings, carry_over, gather
-from stillroom.service.versions import new_version
+from stillroom.service.versions import new_version, rooms_of
 from stillroom.store import events, lanes, maps, missions, rollouts
+from stillroom.store.changes import apply
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
-from stillroom.store.rows import Json, MapRow
+from stillroom.store.rows import Json
 from stillroom.tracing import span
 
 log = structlog.get_logger()
@@ -105,6 +106,8 @@ def _carry(database: Database, grids: GridStore, claim: lanes.Claim, gathered: G
 
 
 def _variant(database: Database, gathered: Gathered, resolvers: Sequence[ResolverName]) -> Variant:
+    if not gathered.is_any_in_play:
+        return Variant(__version__, resolvers)
     with database.look() as tx:
         return variant_for(tx, gathered.of.robot_id, resolvers)
 
@@ -169,25 +172,25 @@ def _commit(
     found: missions.Finding,
 ) -> bool:
     """Finding, version and events in one transaction. False where the version in force is no longer the one gathered."""
-    mission, of = gathered.mission, gathered.of
-    met = _met(gathered, update)
+    mission = gathered.mission
+    newest = None if gathered.parked is not None else (mission.epoch, mission.sequence)
+    met, new = _met(gathered, update), _new_version(gathered, variant, update)
     with database.write() as tx:
-        if lanes.lock(tx, of.id) != claim.token:
+        of, token, now = maps.lock(tx, claim.map_id)
+        if token != claim.token:
             return True  # the lease ran out and another worker has the mission: what we found does not count
-        locked, now = maps.at_now(tx, of.id)
-        if locked.head != of.head:
+        if of.head != gathered.of.head:
             return False
-        taken = update is not None and update.taken and not gathered.is_late
-        if update is not None and taken:
-            found = replace(found, version=_add_version(tx, locked, gathered, variant, update, now))
-        elif gathered.parked is None:
-            maps.note_processed(tx, locked, mission.epoch, mission.sequence)
-        missions.finish(tx, mission.id, found, now)
+        if new is not None:
+            found = replace(found, version=maps.next_number(of))
+        of_map = maps.noted(of, newest) if new is None else maps.added(of, new, now, newest)
+        apply(tx, *of_map, *missions.finished(tx, mission.id, found, now), lanes.released(claim))
+        if new is not None and _has_other_rooms(gathered, new):
+            maps.follow_rooms(tx, of.id, new)
         if variant.part is not None:
             _note_part(tx, variant.part, gathered, found)
-        lanes.release(tx, of.id)
         data: Json = {"mission": mission.key, "version": found.version}
-        version = [("version", data | {"cause": gathered.cause})] if taken else []
+        version = [] if new is None else [("version", data | {"cause": gathered.cause})]
         questions = [] if met is None else sightings.keep(tx, met, found.version, now)
         events.add(tx, of, [*version, ("mission", data | {"outcome": found.outcome}), *questions], now)
     ms = found.result["timings_ms"].get("total")
@@ -196,8 +199,10 @@ def _commit(
 
 
 def _met(gathered: Gathered, update: MapUpdate | None) -> sightings.Met | None:
-    """What is asked about the mission; nothing where it was late, and where there was no map before it."""
+    """What is asked about the mission, or was about the map; nothing where it was late, and where there was no map before it."""
     if update is None or gathered.is_late or gathered.previous is None:
+        return None
+    if not update.conflicts and not gathered.is_any_standing:
         return None
     return sightings.meet(gathered.of, gathered.mission, gathered.made_by, gathered.previous, update)
 
@@ -210,24 +215,28 @@ def _note_part(tx: Transaction, part: Part, gathered: Gathered, found: missions.
         rollouts.add_mission(tx, part.rollout_id, gathered.mission.id, part.stage, part.candidate, is_to_run)
 
 
-def _add_version(
-    tx: Transaction, of: MapRow, gathered: Gathered, variant: Variant, update: MapUpdate, now: datetime
-) -> int:
-    mission = gathered.mission
-    new = new_version(
+def _new_version(gathered: Gathered, variant: Variant, update: MapUpdate | None) -> maps.NewVersion | None:
+    """None where the mission is not taken."""
+    if update is None or not update.taken or gathered.is_late:
+        return None
+    mission, head = gathered.mission, gathered.of.head
+    return new_version(
         update.map,
         retired=update.retired,
-        parent=of.head,
+        parent=head,
         cause=gathered.cause,
         mission=mission.key,
         made_by=gathered.made_by,
         grid=mission.grid,
-        frame_from=of.head,
+        frame_from=head,
         motion=encode_motion(update.motion),
         algorithm=variant.algorithm,
     )
-    newest = None if gathered.parked is not None else (mission.epoch, mission.sequence)
-    return maps.add_version(tx, of, new, now, newest)
+
+
+def _has_other_rooms(gathered: Gathered, new: maps.NewVersion) -> bool:
+    """Than the version before: most have the same."""
+    return gathered.previous is None or bool(new.retired) or new.rooms != rooms_of(gathered.previous)
 
 
 @contextmanager

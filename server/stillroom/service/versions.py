@@ -17,6 +17,11 @@ def ids_of(of: MapRow) -> Ids:
     return decode_ids("" if of.ordinal == 1 else f"{of.ordinal}-", of.used_ids)
 
 
+def rooms_of(semantic_map: SemanticMap) -> list[tuple[str, int, str]]:
+    """As `NewVersion` has them."""
+    return [(room.id, room.segment_id, room.name) for room in semantic_map.rooms]
+
+
 def new_version(
     semantic_map: SemanticMap,
     *,
@@ -40,7 +45,7 @@ def new_version(
         frame_from=frame_from,
         motion=motion,
         document=encode_map(semantic_map),
-        rooms=[(room.id, room.segment_id, room.name) for room in semantic_map.rooms],
+        rooms=rooms_of(semantic_map),
         retired=retired,
         used_ids=encode_ids(semantic_map.ids),
     )

@@ -44,6 +44,10 @@ _CONFLICT = (
 )
 # made once: making a statement takes as long as running it
 _STANDING = _CONFLICT.where(conflict.c.map_id == sa.bindparam("map_id"), ~_ended).order_by(conflict.c.id)
+IS_ANY_STANDING = sa.exists().where(
+    conflict.c.map_id == map_.c.id, ~sa.exists().where(ending.c.conflict_id == conflict.c.id)
+)
+"""Whether there is one that nothing has ended; inside of another query about `map_`."""
 _PROPOSAL = sa.select(*columns(proposal, ProposalRow))
 
 

@@ -9,6 +9,7 @@ from uuid import uuid4
 import sqlalchemy as sa
 
 from stillroom.store import clock
+from stillroom.store.changes import Change
 from stillroom.store.database import Database, Transaction, tell
 from stillroom.store.hints import Hint
 from stillroom.store.tables import lane, mission
@@ -62,10 +63,11 @@ _BEGIN = (
     .values(status="processing", attempts=mission.c.attempts + 1)
     .returning(mission.c.id, mission.c.attempts)
 )
+_another = sa.select(mission.c.id).where(
+    mission.c.map_id == sa.bindparam("of"), _unfinished, mission.c.id != sa.bindparam("done")
+)
 _RELEASE = (
-    sa.update(lane)
-    .where(_this)
-    .values(claim=None, ready_at=sa.case((_next_mission.exists(), clock.SECONDS), else_=None))
+    sa.update(lane).where(_this).values(claim=None, ready_at=sa.case((_another.exists(), clock.SECONDS), else_=None))
 )
 
 
@@ -120,9 +122,9 @@ def hand_back(database: Database, held: Claim) -> None:
         tx.execute(sa.update(lane).where(lane.c.map_id == held.map_id).values(**later))
 
 
-def release(tx: Transaction, map_id: int) -> None:
-    """Ends a claim: the lane is ready again where more missions wait. The lane must be locked."""
-    tx.execute(_RELEASE, {"of": map_id})
+def released(held: Claim) -> Change:
+    """The claim ends with its mission: the lane is ready again where more missions wait. The lane must be locked."""
+    return Change(_RELEASE, {"of": held.map_id, "done": held.mission_id})
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from stillroom.store import clock
+from stillroom.store.changes import Change, apply, given, named
 from stillroom.store.database import Transaction, insert_unless_there, upsert
 from stillroom.store.fleet_tables import unjudged
 from stillroom.store.rows import (
@@ -46,7 +47,22 @@ _IN_FORCE = (
     .outerjoin(version, sa.and_(version.c.map_id == map_.c.id, version.c.number == map_.c.head))
     .where(*_named)
 )
-_AT_NOW = _BY_ID.add_columns(clock.MOMENT)
+# Both rows are locked: after waiting for the one, the other would be as it was before. Missions that arrive refer to the map
+# meanwhile (FOR NO KEY UPDATE).
+_LOCK = (
+    _BY_ID.add_columns(lane.c.claim, clock.MOMENT)
+    .join(lane, lane.c.map_id == map_.c.id)
+    .with_for_update(key_share=True, of=[lane, map_])
+)
+_NEW = ("parent", "cause", "mission", "made_by", "algorithm", "grid", "frame_from", "motion")
+_ADD = sa.insert(version).values(given(version, "new", "map_id", "number", *_NEW, "created_at", "rooms", "packed"))
+_PUT_IN_FORCE = (
+    sa.update(map_)
+    .where(map_.c.id == sa.bindparam("of"))
+    .values(given(map_, "now", "head", "used_ids", "epoch", "sequence"))
+)
+_NOTE = sa.update(map_).where(map_.c.id == sa.bindparam("of")).values(given(map_, "now", "epoch", "sequence"))
+_TO_JUDGE = sa.insert(unjudged).values(given(unjudged, "judged", "map_id", "number"))
 _NUMBERED = VERSION.where(version.c.map_id == sa.bindparam("map_id"), version.c.number == sa.bindparam("number"))
 
 
@@ -73,10 +89,10 @@ def in_force(tx: Transaction, robot_id: str, name: str) -> tuple[MapRow, Version
     return MapRow(*found[:middle]), None if row.number is None else row  # of an outer join
 
 
-def at_now(tx: Transaction, map_id: int) -> tuple[MapRow, datetime]:
-    """The map, and the time."""
-    *values, now = tx.execute(_AT_NOW, {"map_id": map_id}).one()
-    return MapRow(*values), now
+def lock(tx: Transaction, map_id: int) -> tuple[MapRow, str | None, datetime]:
+    """Holds the map's lane until the end of the transaction; the map, the token that claims the lane, and the time."""
+    *values, token, now = tx.execute(_LOCK, {"map_id": map_id}).one()
+    return MapRow(*values), token, now
 
 
 def get_or_add(tx: Transaction, robot_id: str, name: str) -> MapRow:
@@ -100,10 +116,12 @@ def change_settings(tx: Transaction, map_id: int, values: Mapping[str, str | int
     tx.execute(sa.update(map_).where(map_.c.id == map_id).values(**values))
 
 
-def note_processed(tx: Transaction, of: MapRow, epoch: int, sequence: int) -> None:
-    """The newest mission that was processed; `of`: as it is under the lane's lock."""
-    if is_newer(of, epoch, sequence):
-        tx.execute(sa.update(map_).where(map_.c.id == of.id).values(epoch=epoch, sequence=sequence))
+def noted(of: MapRow, newest: tuple[int, int] | None) -> tuple[Change, ...]:
+    """Epoch and sequence of the newest mission that was processed; `of`: as it is under the lane's lock."""
+    if newest is None or not is_newer(of, *newest):
+        return ()
+    epoch, sequence = newest
+    return (Change(_NOTE, {"of": of.id} | named("now", {"epoch": epoch, "sequence": sequence})),)
 
 
 def is_newer(of: MapRow, epoch: int, sequence: int) -> bool:
@@ -129,50 +147,35 @@ class NewVersion:
     used_ids: Json
 
 
-def add_version(
-    tx: Transaction, of: MapRow, new: NewVersion, now: datetime, newest: tuple[int, int] | None = None
-) -> int:
-    """Adds a version after all others and puts it in force. Answers with its number.
+def next_number(of: MapRow) -> int:
+    """Of a new version; `of`: as it is under the lane's lock. The newest is in force."""
+    return (of.head or 0) + 1
 
-    `of`: as it is under the lane's lock; `newest`: epoch and sequence of the mission that was processed, as `note_processed` notes them.
-    """
-    map_id = of.id
-    taken = sa.select(sa.func.coalesce(sa.func.max(version.c.number), 0)).where(version.c.map_id == map_id)
-    added = (
-        sa.insert(version)
-        .values(
-            map_id=map_id,
-            number=taken.scalar_subquery() + 1,
-            parent=new.parent,
-            cause=new.cause,
-            mission=new.mission,
-            made_by=new.made_by,
-            created_at=now,
-            algorithm=new.algorithm,
-            grid=new.grid,
-            frame_from=new.frame_from,
-            motion=new.motion,
-            rooms=len(new.rooms),
-            packed=new.document,
-        )
-        .returning(version.c.number)
-    )
-    number: int = tx.execute(added).scalar_one()
-    if new.cause in BY_PEOPLE:
-        tx.execute(sa.insert(unjudged).values(map_id=map_id, number=number))
-    changed: dict[str, Any] = {"head": number}
+
+def add_version(tx: Transaction, of: MapRow, new: NewVersion, now: datetime) -> int:
+    """Adds a version after all others and puts it in force. Answers with its number. `of`: as it is under the lane's lock."""
+    apply(tx, *added(of, new, now))
+    follow_rooms(tx, of.id, new)
+    return next_number(of)
+
+
+def added(of: MapRow, new: NewVersion, now: datetime, newest: tuple[int, int] | None = None) -> tuple[Change, ...]:
+    """What `add_version` does but for the map's rooms. `newest`: as `noted` notes it."""
+    number = next_number(of)
+    own = {"map_id": of.id, "number": number}
+    content = {name: getattr(new, name) for name in _NEW} | {"rooms": len(new.rooms), "packed": new.document}
+    epoch, sequence = newest if newest is not None and is_newer(of, *newest) else (of.epoch, of.sequence)
     used = _used_ids(of.used_ids, [new.used_ids])
-    if used != of.used_ids:
-        changed["used_ids"] = used
-    if newest is not None and is_newer(of, *newest):
-        changed |= zip(("epoch", "sequence"), newest, strict=True)
-    tx.execute(sa.update(map_).where(map_.c.id == map_id).values(**changed))
-    _follow_rooms(tx, map_id, new)
-    return number
+    in_force = {"head": number, "used_ids": used, "epoch": epoch, "sequence": sequence}
+    return (
+        Change(_ADD, named("new", own | content | {"created_at": now})),
+        Change(_PUT_IN_FORCE, {"of": of.id} | named("now", in_force)),
+        *([Change(_TO_JUDGE, named("judged", own))] if new.cause in BY_PEOPLE else []),
+    )
 
 
-def _follow_rooms(tx: Transaction, map_id: int, new: NewVersion) -> None:
-    """Most versions have the rooms of the one before."""
+def follow_rooms(tx: Transaction, map_id: int, new: NewVersion) -> None:
+    """The rooms that live are those of the new version."""
     query = sa.select(room.c.id, room.c.segment_id, room.c.name)
     before = {tuple(row) for row in tx.execute(query.where(room.c.map_id == map_id, room.c.retired.is_(False)))}
     living = {room_id for room_id, _, _ in new.rooms}

@@ -3,16 +3,18 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cache
 from typing import Any
 
 import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 
-from stillroom.store import clock
-from stillroom.store.database import Transaction, insert_unless_there
+from stillroom.store import clock, conflicts, maps, rollouts
+from stillroom.store.changes import Change, given, named
+from stillroom.store.database import Transaction
 from stillroom.store.fleet_tables import uncounted
-from stillroom.store.rows import Json, MapRow, MissionRow, as_row, as_row_or_none, as_rows, columns
-from stillroom.store.tables import map_, mission
+from stillroom.store.rows import Json, MapRow, MissionRow, VersionRow, as_row, as_row_or_none, as_rows, columns
+from stillroom.store.tables import map_, mission, version
 
 _MISSION = sa.select(*columns(mission, MissionRow))
 # made once: making a statement takes as long as running it
@@ -20,6 +22,16 @@ _WITH_MAP = (
     _MISSION.add_columns(*columns(map_, MapRow), clock.MOMENT)
     .join(map_, map_.c.id == mission.c.map_id)
     .where(mission.c.id == sa.bindparam("mission_id"))
+)
+_TO_PROCESS = _WITH_MAP.add_columns(
+    conflicts.IS_ANY_STANDING, rollouts.IS_ANY_IN_PLAY, *maps.VERSION.selected_columns
+).outerjoin(version, sa.and_(version.c.map_id == map_.c.id, version.c.number == map_.c.head))
+_ABLATION = ("ablation_transfer", "ablation_meta_occupancy", "ablation_meta_dividers")
+_FOUND = ("outcome", "succeeded_at", "base_version", "version", "algorithm", "traceback")
+_FINISH = (
+    sa.update(mission)
+    .where(mission.c.id == sa.bindparam("done"))
+    .values(given(mission, "found", "finished_at", "result", *_FOUND, *_ABLATION) | {"status": "done"})
 )
 
 
@@ -77,6 +89,26 @@ def with_map(tx: Transaction, mission_id: int) -> tuple[MissionRow, MapRow, date
     """With the map that it is of, and the time."""
     row, of, (now,) = as_rows(tx.execute(_WITH_MAP, {"mission_id": mission_id}).one(), MissionRow, MapRow)
     return row, of, now
+
+
+@dataclass(frozen=True)
+class ToProcess:
+    mission: MissionRow
+    of: MapRow
+    current: VersionRow | None
+    """The version in force; None where the map has none yet."""
+    is_any_standing: bool
+    """Whether anything about the map is not settled."""
+    is_any_in_play: bool
+    """Whether a rollout may say how it is processed."""
+    now: datetime
+
+
+def to_process(tx: Transaction, mission_id: int) -> ToProcess:
+    found = tx.execute(_TO_PROCESS, {"mission_id": mission_id}).one()
+    row, of, (now, is_any_standing, is_any_in_play, *in_force) = as_rows(found, MissionRow, MapRow)
+    current = None if of.head is None else maps.version_row(in_force)
+    return ToProcess(row, of, current, is_any_standing, is_any_in_play, now)
 
 
 def by_key(tx: Transaction, map_id: int, key: str) -> MissionRow | None:
@@ -157,27 +189,20 @@ def queue_again(tx: Transaction, mission_id: int) -> None:
     tx.execute(sa.update(mission).where(mission.c.id == mission_id).values(**values))
 
 
-def finish(tx: Transaction, mission_id: int, found: Finding, now: datetime) -> None:
-    transfer, meta_occupancy, meta_dividers = found.ablation or (None, None, None)
-    tx.execute(
-        sa.update(mission)
-        .where(mission.c.id == mission_id)
-        .values(
-            status="done",
-            finished_at=now,
-            outcome=found.outcome,
-            succeeded_at=found.succeeded_at,
-            ablation_transfer=transfer,
-            ablation_meta_occupancy=meta_occupancy,
-            ablation_meta_dividers=meta_dividers,
-            base_version=found.base_version,
-            version=found.version,
-            algorithm=found.algorithm,
-            result=found.result | {"reason": found.reason},
-            traceback=found.traceback,
-        )
+def finished(tx: Transaction, mission_id: int, found: Finding, now: datetime) -> tuple[Change, ...]:
+    values = {name: getattr(found, name) for name in _FOUND}
+    values |= zip(_ABLATION, found.ablation or (None, None, None), strict=True)
+    values |= {"finished_at": now, "result": found.result | {"reason": found.reason}}
+    return (
+        Change(_FINISH, {"done": mission_id} | named("found", values)),
+        Change(_to_count(tx.dialect.name), {"done": mission_id}),
     )
-    insert_unless_there(tx, uncounted, {"mission_id": mission_id})
+
+
+@cache
+def _to_count(dialect: str) -> sa.Insert:
+    insert = postgresql.insert if dialect == "postgresql" else sqlite.insert
+    return insert(uncounted).values(mission_id=sa.bindparam("done")).on_conflict_do_nothing()
 
 
 @dataclass(frozen=True)

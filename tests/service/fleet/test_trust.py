@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
@@ -130,12 +131,12 @@ def told(service: Service) -> dict[str, dict[str, float]]:
 def set_clock(monkeypatch: pytest.MonkeyPatch) -> Callable[[datetime], None]:
     """What the service takes for the time; the leases of lanes have a clock of their own."""
 
-    at_now, with_map = maps.at_now, missions.with_map
+    lock, to_process = maps.lock, missions.to_process
 
     def set_to(moment: datetime) -> None:
         monkeypatch.setattr(clock, "now", lambda _tx: moment)
-        monkeypatch.setattr(maps, "at_now", lambda *what: (at_now(*what)[0], moment))
-        monkeypatch.setattr(missions, "with_map", lambda *what: (*with_map(*what)[:2], moment))
+        monkeypatch.setattr(maps, "lock", lambda *what: (*lock(*what)[:2], moment))
+        monkeypatch.setattr(missions, "to_process", lambda *what: replace(to_process(*what), now=moment))
 
     return set_to
 
