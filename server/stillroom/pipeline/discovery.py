@@ -16,6 +16,7 @@ from stillroom.maps.grid import Mask, look_up
 from stillroom.maps.meta import Declined, MetaOccupancy
 from stillroom.maps.semantics import Divider
 from stillroom.pipeline.declined import elsewhere
+from stillroom.pipeline.evidence import grown
 from stillroom.pipeline.gaps import Gap, find_gaps
 from stillroom.pipeline.obstacles import filled
 from stillroom.pipeline.params import Params
@@ -23,9 +24,12 @@ from stillroom.pipeline.resolution import Attempt, meta_walls
 from stillroom.pipeline.rooms import partition, rooms_beside
 from stillroom.pipeline.segmentation import propose_dividers
 from stillroom.pipeline.transfer import Transfer, enclosure
+from stillroom.pipeline.walls import without_small
 
 JITTER_M = 0.15
 """The outline of a room comes out otherwise by up to this from mission to mission."""
+SHOWN = 0.6
+"""So much of new floor, at the least, is on cells of new floor: its outline is straightened."""
 NEW = 0.7
 """A piece of floor of which more than this share is new is a new room."""
 BESIDE_M = 0.35
@@ -84,18 +88,15 @@ def discover(attempt: Attempt, declined: Sequence[Declined], params: Params) -> 
 def new_floor(transfer: Transfer, params: Params) -> list[Polygon]:
     """The parts of the floor that no tracked room covered, too wide to be jitter."""
     frame = transfer.grid.frame
-    beyond = transfer.obstacles.floor & ~transfer.before
-    narrow = cv2.erode(
-        beyond.view(np.uint8), np.ones((3, 3), np.uint8), iterations=int(JITTER_M / 2 / frame.resolution)
-    )
-    if np.count_nonzero(beyond) * frame.resolution**2 < params.growth_area_m2 or not narrow.any():
+    beyond = transfer.obstacles.floor & ~grown(transfer.before, JITTER_M, frame)
+    if not without_small(beyond, SHOWN * params.growth_area_m2 / frame.resolution**2).any():
         return []
     known = shapely.union_all([room.polygon for room in transfer.tracked.rooms])
     beyond_known = polygons_in(shapely.difference(transfer.floor, shapely.buffer(known, JITTER_M)))
     large = MultiPolygon([part for part in beyond_known if part.area >= params.growth_area_m2])
     parts = polygons_in(shapely.buffer(large, -JITTER_M / 2, join_style="mitre"))
-    grown = [shapely.buffer(part, JITTER_M / 2, join_style="mitre") for part in parts]
-    return [part for part in polygons_in(grown) if part.area >= params.growth_area_m2]
+    regions = [shapely.buffer(part, JITTER_M / 2, join_style="mitre") for part in parts]
+    return [part for part in polygons_in(regions) if part.area >= params.growth_area_m2]
 
 
 def was_furniture(region: Polygon, transfer: Transfer, params: Params) -> bool:

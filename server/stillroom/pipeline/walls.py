@@ -57,13 +57,13 @@ def separate_clutter(grid: OccupancyGrid, params: Params) -> Obstacles:
     # with a margin, so that what is outside of everything free is one obstacle
     rows = slice(max(bottom - 1, 0), bottom + height + 1)
     columns = slice(max(left - 1, 0), left + width + 1)
-    free = _drop_specks(grid.free[rows, columns], params.floor_speck_m2 / grid.frame.resolution**2)
+    free = without_small(grid.free[rows, columns], params.floor_speck_m2 / grid.frame.resolution**2)
     floor[rows, columns] = free | _movable(~free, grid.frame.resolution, params)
     clutter = grid.occupied & floor
     return Obstacles(grid.occupied & ~clutter, clutter, floor)
 
 
-def _drop_specks(mask: Mask, cells: float) -> Mask:
+def without_small(mask: Mask, cells: float) -> Mask:
     """`mask` without its 4-connected components of fewer than `cells` cells."""
     count, labels = cv2.connectedComponents(np.ascontiguousarray(mask).view(np.uint8), connectivity=4)
     keep = np.bincount(labels[mask], minlength=count) >= cells
