@@ -9,7 +9,7 @@ from stillroom.service.processing import process_next
 from tests.conftest import RobotCaller, Service
 from tests.homes import home
 
-RECEIVED = 9 + 2
+RECEIVED = 5 + 2
 """Statements of an upload that is answered at once, its token and its document included; two are about the queue, which is looked at
 once a second.
 """

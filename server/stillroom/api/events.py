@@ -52,14 +52,14 @@ async def _stream(
     last: int,
 ) -> AsyncIterator[str]:
     """Nobody is told anything before it was asked again who that is: sessions end, robots change hands, duties are taken back."""
-    with service.signals.watch() as changed:
+    with service.signals.watch() as watch:
         yield f"id: {last}\nretry: 2000\n\n"
         while not service.signals.closed:
-            changed.clear()
+            watch.changed.clear()
             found = await run_in_threadpool(events_after, service.database, who, last, robot, map_name)
             if not found:
                 try:
-                    await asyncio.wait_for(changed.wait(), KEEP_ALIVE_S)
+                    await asyncio.wait_for(watch.changed.wait(), KEEP_ALIVE_S)
                     continue
                 except TimeoutError:
                     yield ": still here\n\n"

@@ -2,6 +2,7 @@
 
 import asyncio
 import re
+from contextlib import suppress
 from time import monotonic
 from typing import Annotated, Any
 
@@ -29,6 +30,7 @@ from stillroom.api.multipart import Part, read_parts
 from stillroom.documents import api
 from stillroom.errors import Fault, InvalidInput
 from stillroom.service import missions, placements, uploads
+from stillroom.service.signals import NONE_YET, Watch
 
 MAX_WAIT_S = 60.0
 _RECHECK_S = 2.0
@@ -76,13 +78,15 @@ _UPLOAD: dict[str, Any] = {
 )
 async def upload(request: Request, service: Service, robot: RobotId, map_name: MapName, key: MissionId) -> Response:
     """Stores a mission durably and queues it."""
-    received = await _receive(request, service, robot, map_name, key)
     wait_s = wait_preference(request.headers.getlist("Prefer"))
     headers = {"Location": request.url.path}
-    with service.intake.waiting() as may_wait:
-        if wait_s is not None and may_wait:
-            headers["Preference-Applied"] = f"wait={wait_s:g}"
-        mission = await _wait(service, received.map_id, received.mission_id, wait_s or 0.0 if may_wait else 0.0)
+    with service.signals.watch(NONE_YET) as watch:
+        received = await _receive(request, service, robot, map_name, key, watch)
+        with service.intake.waiting() as may_wait:
+            if wait_s is not None and may_wait:
+                headers["Preference-Applied"] = f"wait={wait_s:g}"
+            wait_s = wait_s or 0.0 if may_wait else 0.0
+            mission = await _wait(service, watch, received.mission_id, wait_s, look_first=not received.made)
     return document(mission, _status(received, mission), headers)
 
 
@@ -108,7 +112,8 @@ async def place(
     """
     made = await run_in_threadpool(placements.place, service.database, who, robot, map_name, key, placement.map)
     wait_s = wait_preference(request.headers.getlist("Prefer"))
-    placed = await _wait(service, made.map_id, made.placed_id, PLACEMENT_WAIT_S if wait_s is None else wait_s)
+    with service.signals.watch(made.map_id) as watch:
+        placed = await _wait(service, watch, made.placed_id, PLACEMENT_WAIT_S if wait_s is None else wait_s)
     parked = await run_in_threadpool(missions.mission_by_id, service.database, made.parked_id)
     return document(parked, 200 if placed.status == "done" else 202)
 
@@ -160,8 +165,10 @@ def wait_preference(prefer: list[str]) -> float | None:
     return None if match is None else min(float(match[1]), MAX_WAIT_S)
 
 
-async def _receive(request: Request, service: Parts, robot: str, map_name: str, key: str) -> uploads.Received:
-    """Nothing of its body is kept when this returns, however long the caller waits afterwards."""
+async def _receive(
+    request: Request, service: Parts, robot: str, map_name: str, key: str, watch: Watch
+) -> uploads.Received:
+    """Nothing of its body is kept when this returns, however long the caller waits afterwards; `watch` misses nothing of the mission."""
     async with service.intake.receiving():
         parts = await read_parts(request)
         grid, meta = _part(parts, "grid"), _part(parts, "meta")
@@ -174,6 +181,7 @@ async def _receive(request: Request, service: Parts, robot: str, map_name: str, 
             key,
             (grid.content_type, bytes(grid.content)),
             bytes(meta.content),
+            watch.follow,
         )
 
 
@@ -183,20 +191,22 @@ def _part(parts: dict[str, Part], name: str) -> Part:
     return parts[name]
 
 
-async def _wait(service: Parts, map_id: int, mission_id: int, wait_s: float) -> api.MissionDocument:
-    """The mission when it is done, or after `wait_s`."""
+async def _wait(
+    service: Parts, watch: Watch, mission_id: int, wait_s: float, look_first: bool = True
+) -> api.MissionDocument:
+    """The mission when it is done, or after `wait_s`. `look_first`: it may be done already, without a word to `watch`."""
     until = monotonic() + wait_s
-    with service.signals.watch(map_id) as changed:
-        while True:
-            changed.clear()
-            mission = await run_in_threadpool(missions.mission_by_id, service.database, mission_id)
-            left = until - monotonic()
-            if mission.status == "done" or left <= 0 or service.signals.closed:
-                return mission
-            try:
-                await asyncio.wait_for(changed.wait(), min(left, _RECHECK_S))
-            except TimeoutError:
-                continue
+    while True:
+        left = until - monotonic()
+        if not look_first and left > 0 and not service.signals.closed:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(min(left, _RECHECK_S)):
+                    await watch.changed.wait()
+        look_first = False
+        watch.changed.clear()
+        mission = await run_in_threadpool(missions.mission_by_id, service.database, mission_id)
+        if mission.status == "done" or monotonic() >= until or service.signals.closed:
+            return mission
 
 
 def _status(received: uploads.Received, mission: api.MissionDocument) -> int:

@@ -126,6 +126,14 @@ def stored_meta(document: dict[str, Any]) -> MissionMeta:
     return MissionMeta.model_validate(document, strict=False)
 
 
+class MissionTimes(BaseModel):
+    """What of a mission's meta is shown with it: reading all of it takes much longer."""
+
+    started_at: Moment | None = None
+    ended_at: Moment | None = None
+    base_version: int | None = None
+
+
 def faults_of(error: ValidationError, below: str = "") -> tuple[Fault, ...]:
     """What is wrong, by pointer; of very many only how many."""
     if error.error_count() > MOST_FAULTS:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from stillroom.documents import api
 from stillroom.documents.grids import as_png, cells_as_png
-from stillroom.documents.missions import stored_meta
+from stillroom.documents.missions import MissionTimes, stored_meta
 from stillroom.errors import NotFound
 from stillroom.service.maps import find_map, map_url
 from stillroom.service.paging import page_of
@@ -16,8 +16,8 @@ from stillroom.store.rows import ConflictRow, MapRow, MissionRow
 
 def mission_by_id(database: Database, mission_id: int) -> api.MissionDocument:
     with database.look() as tx:
-        row, of, _ = missions.with_map(tx, mission_id)
-        return _documents(tx, of, [row])[0]
+        row, of, met_any = missions.to_show(tx, mission_id)
+        return _documents(tx, of, [row])[0] if met_any or row.outcome == "parked" else mission_document(of, row)
 
 
 def mission_by_key(database: Database, robot_id: str, map_name: str, key: str) -> api.MissionDocument:
@@ -124,7 +124,7 @@ def _placement(placed: MissionRow, floors: dict[int, str]) -> api.DecisionDocume
 def _document(
     of: MapRow, row: MissionRow, met: Sequence[str], decision: api.DecisionDocument | None
 ) -> api.MissionDocument:
-    said, found = stored_meta(row.meta), row.result or {}
+    said, found = MissionTimes.model_validate(row.meta), row.result or {}
     ablation = None
     if row.ablation_transfer is not None:
         ablation = api.AblationDocument(

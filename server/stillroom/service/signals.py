@@ -8,13 +8,20 @@ from dataclasses import dataclass
 
 from stillroom.store.hints import Hint
 
+EVERY, NONE_YET = -1, -2
+"""Instead of a map's number."""
 
-@dataclass(frozen=True, eq=False)
-class _Watch:
-    map_id: int | None
-    """None: every map."""
+
+@dataclass(eq=False)
+class Watch:
+    map_id: int
     loop: asyncio.AbstractEventLoop
-    event: asyncio.Event
+    changed: asyncio.Event
+    """Set whenever the map changed; the one who waits clears it before looking."""
+
+    def follow(self, map_id: int) -> None:
+        """What is watched from now on. From any thread."""
+        self.map_id = map_id
 
 
 class Signals:
@@ -25,17 +32,16 @@ class Signals:
     ) -> None:
         self.wake_workers, self.wake_messenger = wake_workers, wake_messenger
         self.closed = False
-        self._watches: set[_Watch] = set()
+        self._watches: set[Watch] = set()
         self._lock = threading.Lock()
 
     @contextmanager
-    def watch(self, map_id: int | None = None) -> Iterator[asyncio.Event]:
-        """An event that is set whenever the map changed; the one who waits clears it before looking."""
-        watch = _Watch(map_id, asyncio.get_running_loop(), asyncio.Event())
+    def watch(self, map_id: int = EVERY) -> Iterator[Watch]:
+        watch = Watch(map_id, asyncio.get_running_loop(), asyncio.Event())
         with self._lock:
             self._watches.add(watch)
         try:
-            yield watch.event
+            yield watch
         finally:
             with self._lock:
                 self._watches.discard(watch)
@@ -47,7 +53,7 @@ class Signals:
         elif hint.kind == "message":
             self.wake_messenger()
         else:
-            self._set(lambda watch: watch.map_id in (None, hint.map_id))
+            self._set(lambda watch: watch.map_id in (EVERY, hint.map_id))
 
     def catch_up(self) -> None:
         """Hints may have been missed: all look for themselves."""
@@ -60,8 +66,8 @@ class Signals:
         self.closed = True
         self._set(lambda _watch: True)
 
-    def _set(self, concerns: Callable[[_Watch], bool]) -> None:
+    def _set(self, concerns: Callable[[Watch], bool]) -> None:
         with self._lock:
             watches = [watch for watch in self._watches if concerns(watch)]
         for watch in watches:
-            watch.loop.call_soon_threadsafe(watch.event.set)
+            watch.loop.call_soon_threadsafe(watch.changed.set)

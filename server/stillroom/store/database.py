@@ -86,10 +86,8 @@ class Database:
                 self._hear(hint)
         elif hints:
             # Not inside of the transaction that it tells of: commits that notify wait for each other's disk, one after the other.
-            notify = (sa.func.pg_notify(CHANNEL, encode(hint)) for hint in hints)
-            query = sa.select(sa.func.set_config("synchronous_commit", "off", True), *notify)
             with suppress(OperationalError, PoolTimeout), self._looker.connect() as connection:
-                connection.execute(query)
+                connection.execute(_NOTIFY, {"channel": CHANNEL, "hints": [encode(hint) for hint in hints]})
 
     @contextmanager
     def listening(self, hear: Callable[[Hint], None], caught_up: Callable[[], None]) -> Iterator[None]:
@@ -114,6 +112,9 @@ class Database:
 
 
 _HINTS = "stillroom_hints"
+_NOTIFY = sa.text(
+    "SELECT set_config('synchronous_commit', 'off', true), pg_notify(:channel, hint) FROM unnest(CAST(:hints AS text[])) AS hint"
+)
 
 
 def tell(tx: Transaction, hint: Hint) -> None:

@@ -125,8 +125,12 @@ def gone(tx: Transaction, keys: Sequence[str]) -> None:
 _LOCK = 0x57113
 
 
+BESIDE_OTHERS = sa.func.pg_advisory_xact_lock_shared(_LOCK)
+"""`hold_grids` inside of another query of PostgreSQL's."""
+_BESIDE_OTHERS, _ALONE = sa.select(BESIDE_OTHERS), sa.select(sa.func.pg_advisory_xact_lock(_LOCK))
+
+
 def hold_grids(tx: Transaction, alone: bool) -> None:
     """Who deletes grids holds them alone; who refers to one holds them beside others. On SQLite there is one writer anyway."""
     if tx.dialect.name == "postgresql":
-        lock = sa.func.pg_advisory_xact_lock if alone else sa.func.pg_advisory_xact_lock_shared
-        tx.execute(sa.select(lock(_LOCK)))
+        tx.execute(_ALONE if alone else _BESIDE_OTHERS)

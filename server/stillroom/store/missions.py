@@ -14,17 +14,18 @@ from stillroom.store.changes import Change, given, named
 from stillroom.store.database import Transaction
 from stillroom.store.fleet_tables import uncounted
 from stillroom.store.rows import Json, MapRow, MissionRow, VersionRow, as_row, as_row_or_none, as_rows, columns
-from stillroom.store.tables import map_, mission, version
+from stillroom.store.tables import map_, mission, sighting, version
 
 _MISSION = sa.select(*columns(mission, MissionRow))
 # made once: making a statement takes as long as running it
 _WITH_MAP = (
-    _MISSION.add_columns(*columns(map_, MapRow), clock.MOMENT)
+    _MISSION.add_columns(*columns(map_, MapRow))
     .join(map_, map_.c.id == mission.c.map_id)
     .where(mission.c.id == sa.bindparam("mission_id"))
 )
+_TO_SHOW = _WITH_MAP.add_columns(sa.exists().where(sighting.c.mission_id == mission.c.id))
 _TO_PROCESS = _WITH_MAP.add_columns(
-    conflicts.IS_ANY_STANDING, rollouts.IS_ANY_IN_PLAY, *maps.VERSION.selected_columns
+    clock.MOMENT, conflicts.IS_ANY_STANDING, rollouts.IS_ANY_IN_PLAY, *maps.VERSION.selected_columns
 ).outerjoin(version, sa.and_(version.c.map_id == map_.c.id, version.c.number == map_.c.head))
 _ABLATION = ("ablation_transfer", "ablation_meta_occupancy", "ablation_meta_dividers")
 _FOUND = ("outcome", "succeeded_at", "base_version", "version", "algorithm", "traceback")
@@ -49,6 +50,10 @@ class NewMission:
     placed_by: str | None = None
 
 
+QUEUED: dict[str, Any] = {"status": "queued", "attempts": 0}
+"""How a mission begins."""
+
+
 @dataclass(frozen=True)
 class Finding:
     """What processing found; never changes afterwards."""
@@ -69,26 +74,12 @@ def add(tx: Transaction, new: NewMission, now: datetime) -> int:
     return made
 
 
-def add_unless_there(tx: Transaction, new: NewMission) -> int | None:
-    """Its number, received now; None where the map has one of that id."""
-    insert = (postgresql if tx.dialect.name == "postgresql" else sqlite).insert(mission)
-    added = insert.values(_values(new, clock.MOMENT)).on_conflict_do_nothing().returning(mission.c.id)
-    made: int | None = tx.execute(added).scalar()
-    return made
-
-
-def _values(new: NewMission, received_at: datetime | sa.ColumnElement[datetime]) -> dict[str, Any]:
-    return vars(new) | {"status": "queued", "attempts": 0, "received_at": received_at}
+def _values(new: NewMission, received_at: datetime) -> dict[str, Any]:
+    return vars(new) | QUEUED | {"received_at": received_at}
 
 
 def get(tx: Transaction, mission_id: int) -> MissionRow:
     return as_row(MissionRow, tx.execute(_MISSION.where(mission.c.id == mission_id)).one())
-
-
-def with_map(tx: Transaction, mission_id: int) -> tuple[MissionRow, MapRow, datetime]:
-    """With the map that it is of, and the time."""
-    row, of, (now,) = as_rows(tx.execute(_WITH_MAP, {"mission_id": mission_id}).one(), MissionRow, MapRow)
-    return row, of, now
 
 
 @dataclass(frozen=True)
@@ -109,6 +100,12 @@ def to_process(tx: Transaction, mission_id: int) -> ToProcess:
     row, of, (now, is_any_standing, is_any_in_play, *in_force) = as_rows(found, MissionRow, MapRow)
     current = None if of.head is None else maps.version_row(in_force)
     return ToProcess(row, of, current, is_any_standing, is_any_in_play, now)
+
+
+def to_show(tx: Transaction, mission_id: int) -> tuple[MissionRow, MapRow, bool]:
+    """With the map that it is of, and whether it met any conflicts."""
+    row, of, (met_any,) = as_rows(tx.execute(_TO_SHOW, {"mission_id": mission_id}).one(), MissionRow, MapRow)
+    return row, of, met_any
 
 
 def by_key(tx: Transaction, map_id: int, key: str) -> MissionRow | None:
