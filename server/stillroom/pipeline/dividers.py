@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 import shapely
-from shapely import LineString, MultiPolygon
+from shapely import MultiPolygon
 
 from stillroom.maps.geometry import GRID_M, Line, Points, as_line, as_points, line_strings
 
@@ -48,16 +48,16 @@ class Outline:
 
     floor: MultiPolygon
 
-    def barriers(self, others: Sequence[Line]) -> shapely.Geometry:
-        """What dividers end on: the outline and other dividers."""
-        return shapely.multilinestrings(np.concatenate([self._rings, line_strings(others)]))
+    def barriers(self, others: npt.NDArray[np.object_]) -> shapely.Geometry:
+        """What dividers end on: the outline and other dividers, (n,)."""
+        return shapely.multilinestrings(np.concatenate([self._rings, others]))
 
-    def touches(self, places: npt.NDArray[np.object_], others: Sequence[Line]) -> npt.NDArray[np.bool_]:
-        """Which of the places, (n,), lie on the outline or on other dividers."""
-        return np.asarray(
-            shapely.dwithin(self._walls, places, TOUCH_M)
-            | shapely.dwithin(shapely.multilinestrings(line_strings(others)), places, TOUCH_M)
-        )
+    def dividing(self, places: Points, others: npt.NDArray[np.object_]) -> npt.NDArray[np.bool_]:
+        """Which of the places (n, 2) lie on the floor, and neither on the outline nor on other dividers, (m,)."""
+        at = shapely.points(places)
+        on_barrier = shapely.dwithin(self._walls, at, TOUCH_M)
+        on_barrier |= shapely.dwithin(shapely.multilinestrings(others), at, TOUCH_M)
+        return np.asarray(shapely.contains_xy(self.floor, places) & ~on_barrier)
 
     @cached_property
     def boundary(self) -> shapely.Geometry:
@@ -111,27 +111,27 @@ def attach(
         return Adrift(0, 0.0)
     along = along / length
     reach_m += GRID_M
-    barriers = outline.barriers(others)
+    drawn = line_strings(others)
+    barriers = outline.barriers(drawn)
     stations = _crossings(ends[0], along, length, barriers, reach_m)
     moved = ends.copy()
-    ways = shapely.get_coordinates(shapely.shortest_line(shapely.points(ends), barriers)).reshape(2, 2, 2)
-    for end, (at, inward) in enumerate(((0.0, 1.0), (length, -1.0))):
-        near = ways[end]
-        gap = float(np.hypot(*(near[1] - near[0])))
+    near = shapely.get_coordinates(shapely.shortest_line(shapely.points(ends), barriers)).reshape(2, 2, 2)[:, 1]
+    gaps = np.hypot(*(near - ends).T).tolist()
+    for end, (at, inward, gap) in enumerate(((0.0, 1.0, gaps[0]), (length, -1.0, gaps[1]))):
         station = _crossing(stations, at, inward, length, reach_m, nearest=tracked)
         if gap < TOUCH_M or (gap <= reach_m and (station is None or _detour(tracked, abs(station - at), gap))):
-            moved[end] = near[1]
+            moved[end] = near[end]
         elif station is not None:
             moved[end] = ends[0] + station * along
         else:
             return Adrift(end, gap)
-    placed = as_line(_on_grid(moved, barriers))
-    within = as_points(placed)[0] + STATIONS[:, None] * (as_points(placed)[1] - as_points(placed)[0])
-    dividing = shapely.contains_xy(outline.floor, within) & ~outline.touches(shapely.points(within), others)
-    on_floor = dividing.mean() * np.hypot(*(moved[1] - moved[0]))
-    if (moved[1] - moved[0]) @ along < SHORTEST_M or on_floor < SHORTEST_M:
+    placed = _on_grid(moved, barriers)
+    now = moved[1] - moved[0]
+    dividing = outline.dividing(placed[0] + STATIONS[:, None] * (placed[1] - placed[0]), drawn)
+    on_floor = np.count_nonzero(dividing) / len(STATIONS) * np.hypot(*now)
+    if now @ along < SHORTEST_M or on_floor < SHORTEST_M:
         return Adrift(1, 0.0)
-    return Attached(placed)
+    return Attached(as_line(placed))
 
 
 def attach_path(
@@ -144,7 +144,7 @@ def attach_path(
     """
     if len(path) < 2 or outline.floor.is_empty:
         return None
-    barriers = outline.barriers(others)
+    barriers = outline.barriers(line_strings(others))
     moved = np.round(path, 3)
     for end, inner, stays in ((0, 1, fixed[0]), (-1, -2, fixed[1])):
         found = path[end] if stays else _end_of_path(path[inner], path[end], barriers, reach_m)
@@ -182,9 +182,9 @@ def _detour(tracked: bool, along_m: float, gap_m: float) -> bool:
 def _crossings(start: Points, along: Points, length: float, barriers: shapely.Geometry, reach_m: float) -> Points:
     """Distances along the line, from `start`, at which it meets a barrier, from reach before its beginning to reach beyond its end."""
     reach_m += 2 * TOUCH_M
-    ray = LineString([start - reach_m * along, start + (length + reach_m) * along])
+    ray = shapely.linestrings(start + np.array([[-reach_m], [length + reach_m]]) * along)
     met = shapely.get_coordinates(shapely.intersection(ray, barriers))
-    stations = np.unique(np.round((met - start) @ along, 6)) if len(met) else np.zeros(0)
+    stations = np.sort(np.round((met - start) @ along, 6))
     # along a wall the ray itself ends on it: that is no crossing
     return stations[(stations > TOUCH_M - reach_m) & (stations < length + reach_m - TOUCH_M)]
 
@@ -211,14 +211,14 @@ def centre_all(lines: Sequence[Line], outline: Outline) -> list[Line]:
     """The same for each of `lines`."""
     if outline.floor.is_empty or not lines:
         return list(lines)
-    edges = outline.doorposts
-    ends = np.array(lines, dtype=np.float64)
-    end, edge = outline.tree.query(shapely.points(ends.reshape(-1, 2)), predicate="dwithin", distance=2 * TOUCH_M)
-    touching = [edges[np.sort(edge[end == k])] for k in range(2 * len(lines))]
-    return [
-        _centred(line, touching[2 * k], touching[2 * k + 1], outline.boundary) if len(touching[2 * k]) else line
-        for k, line in enumerate(lines)
-    ]
+    end, edge = outline.tree.query(
+        shapely.points(np.array(lines).reshape(-1, 2)), predicate="dwithin", distance=2 * TOUCH_M
+    )
+    centred = list(lines)
+    for k in np.unique(end // 2).tolist():
+        at_begin, at_end = (outline.doorposts[np.sort(edge[end == 2 * k + side])] for side in (0, 1))
+        centred[k] = _centred(lines[k], at_begin, at_end, outline.boundary)
+    return centred
 
 
 def _centred(line: Line, at_begin: Numbers, at_end: Numbers, boundary: shapely.Geometry) -> Line:
