@@ -90,7 +90,7 @@ class Household:
         return map_service.version_in_force(self.database, ROBOT, MAP)[1]
 
     def map(self, number: int | None = None) -> MapDocument:
-        return map_service.map_document(self.database, ROBOT, MAP, number)
+        return MapDocument.model_validate(map_service.show_map(self.database, ROBOT, MAP, number))
 
     def conflicts(self, map_name: str = MAP) -> list[ConflictDocument]:
         return conflicts.list_conflicts(self.database, ROBOT, map_name, None, None, 1000).items

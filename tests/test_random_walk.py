@@ -160,7 +160,7 @@ class Walk(RuleBasedStateMachine):
                 assert new[room] == renamed.get(room, old[room])
 
     def _map(self, version: int | None = None) -> Json:
-        return map_service.map_document(self.database, ROBOT, MAP, version).model_dump(mode="json")
+        return map_service.show_map(self.database, ROBOT, MAP, version)
 
     def _of(self, semantic: str, document: Json | None = None) -> list[Json]:
         features = (self.before if document is None else document).get("features", [])

@@ -44,7 +44,7 @@ def test_json_that_is_broken_is_a_problem(service: Service) -> None:
 def test_an_error_nobody_thought_of_is_a_problem_and_tells_nothing_of_the_inside(
     mapped: RobotCaller, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("stillroom.service.maps.decode_map", lambda *_: 1 / 0)
+    monkeypatch.setattr("stillroom.service.maps.stored_map", lambda *_: 1 / 0)
     answer = mapped.get(mapped.path())
     assert (answer.status_code, answer.json()["type"]) == (500, "/problems/internal")
     assert "division" not in answer.text

@@ -99,8 +99,7 @@ def _measure(database: Database, grids: GridStore, clock: Clock) -> None:
 
 
 def _base(database: Database, robot: str) -> Mapping[str, Any]:
-    found: dict[str, Any] = json.loads(maps.map_document(database, robot, "ground").model_dump_json())
-    return found
+    return maps.show_map(database, robot, "ground")
 
 
 def _bytes(database: Database) -> None:

@@ -3,6 +3,7 @@
 import threading
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
+from typing import Any
 
 import pytest
 import sqlalchemy as sa
@@ -121,3 +122,19 @@ def test_the_folder_of_a_new_database_is_made(tmp_path: Path) -> None:
     with database.write() as tx:
         assert tx.execute(sa.text("SELECT 1")).scalar() == 1
     database.dispose()
+
+
+def test_json_comes_out_as_it_went_in_whatever_robots_put_there(database: Database) -> None:
+    said: dict[str, Any] = {
+        "é": "\ud83d",
+        "nul": "a\0b",
+        "numbers": [1, 1.0, -0.0, 1e-7, 10**30],
+        "deep": [[[[{}]]]],
+        "nothing": None,
+    }
+    with database.write() as tx:
+        found = tx.execute(sa.select(sa.type_coerce(sa.literal(said, sa.JSON), sa.JSON))).scalar_one()
+        plain = tx.execute(sa.select(sa.literal({"word": "ß", "x": 0.1}, sa.JSON))).scalar_one()
+    assert found == said
+    assert list(map(type, found["numbers"])) == [int, float, float, float, int]
+    assert plain == {"word": "ß", "x": 0.1}

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 from fastapi import Depends, Path, Query, Request
 from pydantic import BaseModel, TypeAdapter
+from pydantic_core import to_json
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
@@ -185,7 +186,12 @@ def document(body: BaseModel, status: int = 200, headers: Mapping[str, str] | No
     return Response(body.model_dump_json(), status, headers, "application/json")
 
 
-def etag(version: int) -> dict[str, str]:
+def plain_document(body: Mapping[str, object], headers: Mapping[str, str]) -> Response:
+    """The same, of which no model was made."""
+    return Response(to_json(body), headers=headers, media_type="application/json")
+
+
+def etag(version: object) -> dict[str, str]:
     return {"ETag": f'"v{version}"'}
 
 

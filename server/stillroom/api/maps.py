@@ -18,6 +18,7 @@ from stillroom.api.context import (
     etag,
     is_known,
     page,
+    plain_document,
     png,
 )
 from stillroom.documents import api
@@ -35,8 +36,8 @@ def show_map(request: Request, service: Service, robot: RobotId, map_name: MapNa
         _, number = maps.version_in_force(service.database, robot, map_name)
         if is_known(request, etag(number)["ETag"]):
             return Response(status_code=304, headers=etag(number))
-    found = maps.map_document(service.database, robot, map_name)
-    return document(found, headers=etag(found.version))
+    found = maps.show_map(service.database, robot, map_name)
+    return plain_document(found, etag(found["version"]))
 
 
 @router.get("/versions", response_model=api.Page[api.VersionListItem], dependencies=_READ)
@@ -57,10 +58,10 @@ def show_version(
     request: Request, service: Service, robot: RobotId, map_name: MapName, number: VersionNumber
 ) -> Response:
     """Any version; they never change."""
-    found = maps.map_document(service.database, robot, map_name, number)
+    found = maps.show_map(service.database, robot, map_name, number)
     if is_known(request, etag(number)["ETag"]):
         return Response(status_code=304, headers=etag(number))
-    return document(found, headers=etag(number))
+    return plain_document(found, etag(number))
 
 
 @router.get("/versions/{version}/grid.png", response_class=Response, responses=PNG_RESPONSE, dependencies=_READ)

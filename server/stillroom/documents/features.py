@@ -1,12 +1,27 @@
 """A semantic map as GeoJSON features (RFC 7946, local metres)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import shapely
 
 from stillroom.documents import api, geojson
-from stillroom.documents.stored import rings
-from stillroom.maps.geometry import Point
+from stillroom.documents.stored import Json, Rings, encode_map, upgrade
 from stillroom.maps.grid import GridFrame
-from stillroom.maps.semantics import Phantom, Restriction, Room, SemanticMap
+from stillroom.maps.semantics import SemanticMap
+
+Line = Sequence[Sequence[float]]
+
+_MODELS: dict[str, type[geojson.Feature]] = {
+    "room": geojson.RoomFeature,
+    "divider": geojson.DividerFeature,
+    "wall": geojson.WallFeature,
+    "clutter": geojson.ClutterFeature,
+    "meta_divider": geojson.MetaDividerFeature,
+    "meta_occupancy": geojson.MetaOccupancyFeature,
+    "restriction": geojson.RestrictionFeature,
+    "phantom": geojson.PhantomFeature,
+}
 
 
 def frame(of: GridFrame) -> api.Frame:
@@ -15,92 +30,67 @@ def frame(of: GridFrame) -> api.Frame:
 
 
 def features(m: SemanticMap) -> list[geojson.Feature]:
-    dividers = [
-        geojson.DividerFeature(
-            id=d.id,
-            geometry=_line(d.line),
-            properties=geojson.DividerProperties(kind=d.kind, made_by=d.made_by, rooms=list(d.rooms)),
-        )
-        for d in m.dividers
-    ]
-    walls = [
-        geojson.WallFeature(id=w.id, geometry=_line(w.line), properties=geojson.WallProperties(kind=w.kind))
-        for w in m.walls
-    ]
-    clutter = [
-        geojson.ClutterFeature(id=c.id, geometry=_polygon(rings(c.polygon)), properties=geojson.ClutterProperties())
-        for c in m.clutter
-    ]
-    meta_dividers = [
-        geojson.MetaDividerFeature(
-            id=d.id,
-            geometry=_line(d.line),
-            properties=geojson.MetaDividerProperties(rooms=list(d.rooms), since=d.since),
-        )
-        for d in m.meta.dividers
-    ]
-    meta_occupancy = [
-        geojson.MetaOccupancyFeature(
-            id=o.id,
-            geometry=_polygon(rings(o.polygon)),
-            properties=geojson.MetaOccupancyProperties(cell=o.cell, since=o.since),
-        )
-        for o in m.meta.occupancy
-    ]
-    return [
-        *map(room, m.rooms),
-        *dividers,
-        *walls,
-        *clutter,
-        *meta_dividers,
-        *meta_occupancy,
-        *map(_restriction, m.restrictions),
-        *map(_phantom, m.phantoms),
-    ]
+    return [_MODELS[one["properties"]["semantic"]].model_validate(one) for one in _features(encode_map(m))]
 
 
-def room(of: Room) -> geojson.RoomFeature:
-    return geojson.RoomFeature(
-        id=of.id,
-        geometry=_polygon(rings(of.polygon)),
-        properties=geojson.RoomProperties(
-            name=of.name,
-            segment_id=of.segment_id,
-            area=round(of.polygon.area, 3),
-            made_by=of.made_by,
-            derived_from=of.derived_from,
-            last_visited=of.last_visited,
-            pinned=of.pinned,
-            kind=of.kind,
-        ),
-    )
+def stored_map(document: Json) -> Json:
+    """`frame` and `features` of a stored map as they are sent: each robot asks for them before each mission, so that no shape is made
+    on the way."""
+    newest = upgrade(document)
+    return {"frame": {"unit": "m"} | newest["frame"], "features": list(_features(newest))}
 
 
 def segments(m: SemanticMap, group: str) -> list[api.Segment]:
     return [api.Segment(id=str(r.segment_id), name=r.name, group=group) for r in m.rooms]
 
 
-def _phantom(of: Phantom) -> geojson.PhantomFeature:
-    return geojson.PhantomFeature(id=of.id, geometry=_ring(of.shape), properties=geojson.PhantomProperties())
+def _features(d: Json) -> Iterator[Json]:
+    """Of a document of the newest format."""
+    for r in d["rooms"]:
+        said = {name: r[name] for name in ("made_by", "derived_from", "last_visited", "pinned", "kind")}
+        named = {"name": r["name"], "segment_id": r["segment_id"], "area": _area(r["polygon"])}
+        yield _feature("room", r["id"], _polygon(r["polygon"]), **named, **said)
+    for v in d["dividers"]:
+        yield _feature("divider", v["id"], _line(v["line"]), kind=v["kind"], made_by=v["made_by"], rooms=v["rooms"])
+    for w in d["walls"]:
+        yield _feature("wall", w["id"], _line(w["line"]), kind=w["kind"])
+    for c in d["clutter"]:
+        yield _feature("clutter", c["id"], _polygon(c["polygon"]))
+    for v in d["meta_dividers"]:
+        yield _feature("meta_divider", v["id"], _line(v["line"]), rooms=v["rooms"], since=v["since"])
+    for o in d["meta_occupancy"]:
+        yield _feature("meta_occupancy", o["id"], _polygon(o["polygon"]), cell=o["cell"], since=o["since"])
+    for r in d["restrictions"]:
+        shape = _line(r["shape"]) if r["kind"] == "virtual_wall" else _ring(r["shape"])
+        placement = "placed" if r["placed"] else "unplaced"
+        yield _feature("restriction", r["id"], shape, kind=r["kind"], placement=placement)
+    for p in d["phantoms"]:
+        yield _feature("phantom", p["id"], _ring(p["shape"]))
 
 
-def _restriction(of: Restriction) -> geojson.RestrictionFeature:
-    is_line = of.kind == "virtual_wall"
-    return geojson.RestrictionFeature(
-        id=of.id,
-        geometry=_line(of.shape) if is_line else _ring(of.shape),
-        properties=geojson.RestrictionProperties(kind=of.kind, placement="placed" if of.placed else "unplaced"),
-    )
+def _feature(semantic: str, key: str, geometry: Json, **properties: Any) -> Json:
+    return {
+        "type": "Feature",
+        "id": key,
+        "geometry": geometry,
+        "properties": {"semantic": semantic} | properties,
+    }
 
 
-def _line(points: Sequence[Point]) -> geojson.LineString:
-    return geojson.LineString(coordinates=list(points))
+def _line(points: Line) -> Json:
+    return {"type": "LineString", "coordinates": points}
 
 
-def _polygon(coordinates: list[list[list[float]]]) -> geojson.Polygon:
-    return geojson.Polygon(coordinates=[[(x, y) for x, y in ring] for ring in coordinates])
+def _polygon(rings: Rings) -> Json:
+    return {"type": "Polygon", "coordinates": rings}
 
 
-def _ring(shape: Sequence[Point]) -> geojson.Polygon:
+def _ring(shape: Line) -> Json:
     """A ring whose first point is not repeated, closed."""
-    return geojson.Polygon(coordinates=[[*shape, shape[0]]])
+    return {"type": "Polygon", "coordinates": [[*shape, shape[0]]]}
+
+
+def _area(rings: Rings) -> float:
+    """Square metres."""
+    outer, *holes = (float(shapely.polygons(ring).area) for ring in rings)
+    return round(outer - sum(holes), 3)

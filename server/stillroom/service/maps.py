@@ -1,7 +1,7 @@
 """People look at maps, edit them and bring old versions back."""
 
 from stillroom.documents import api
-from stillroom.documents.features import features, frame, room, segments
+from stillroom.documents.features import features, frame, segments, stored_map
 from stillroom.documents.geojson import RoomFeature
 from stillroom.documents.grids import as_png, cells_as_png
 from stillroom.documents.images import Reading
@@ -58,10 +58,10 @@ def version_in_force(database: Database, robot_id: str, map_name: str) -> tuple[
         return find_in_force(tx, robot_id, map_name)
 
 
-def map_document(database: Database, robot_id: str, map_name: str, number: int | None = None) -> api.MapDocument:
-    """The version in force, or a given one. Raises NotFound."""
+def show_map(database: Database, robot_id: str, map_name: str, number: int | None = None) -> dict[str, object]:
+    """The version in force, or a given one, as `api.MapDocument` has it. Raises NotFound."""
     of, row = find_version(database, robot_id, map_name, number)
-    return as_document(of, row, decode_map(row.document))
+    return _summary(of, row) | {"type": "FeatureCollection"} | _pictures(of, row) | stored_map(row.document)
 
 
 def map_segments(database: Database, robot_id: str, map_name: str) -> list[api.Segment]:
@@ -116,9 +116,8 @@ def find_room(database: Database, robot_id: str, map_name: str, room_id: str) ->
             )
         row = maps.version_at(tx, of.id, number)
     assert row is not None
-    found = decode_map(row.document).room(room_id)
-    assert found is not None
-    return room(found)
+    found = next(one for one in stored_map(row.document)["features"] if one["id"] == room_id)
+    return RoomFeature.model_validate(found)
 
 
 def find_map(tx: Transaction, robot_id: str, map_name: str) -> MapRow:
@@ -179,13 +178,14 @@ def _summary(of: MapRow, row: VersionHead) -> dict[str, object]:
     }
 
 
+def _pictures(of: MapRow, row: VersionHead) -> dict[str, object]:
+    of_version = f"{map_url(of)}/versions/{row.number}"
+    return {"grid": f"{of_version}/grid.png", "cells": f"{of_version}/cells.png"}
+
+
 def document_fields(of: MapRow, row: VersionHead, semantic_map: SemanticMap) -> dict[str, object]:
-    return _summary(of, row) | {
-        "frame": frame(semantic_map.frame),
-        "grid": f"{map_url(of)}/versions/{row.number}/grid.png",
-        "cells": f"{map_url(of)}/versions/{row.number}/cells.png",
-        "features": features(semantic_map),
-    }
+    shapes = {"frame": frame(semantic_map.frame), "features": features(semantic_map)}
+    return _summary(of, row) | _pictures(of, row) | shapes
 
 
 def as_document(of: MapRow, row: VersionHead, semantic_map: SemanticMap) -> api.MapDocument:
