@@ -35,6 +35,12 @@ def trace(mask: Mask) -> list[Corners]:
     return _from_farthest(places, _cycles(np.where(horizontal, beside, above).tolist()))
 
 
+def enclosed(ring: Corners) -> float:
+    """Cells that a ring encloses, negative where it runs clockwise."""
+    x, y = ring.T
+    return float(x[:-1] @ y[1:] - x[1:] @ y[:-1] + x[-1] * y[0] - x[0] * y[-1]) / 2
+
+
 def _corners(mask: Mask) -> tuple[Corners, npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
     """Every corner, the quadrant of its odd cell, and whether the border leaves it horizontally. Where parts touch over a corner there are two."""
     cells = np.pad(mask, 1).view(np.uint8)

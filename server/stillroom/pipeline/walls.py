@@ -3,7 +3,6 @@
 The outline is traced on the cells, straightened edge by edge, and lies on the walls' faces, not on cell centres.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -16,26 +15,18 @@ from stillroom.maps.geometry import GRID_M, Points, as_points, polygons_in
 from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid, look_up
 from stillroom.maps.semantics import Clutter, Wall, WallKind
 from stillroom.pipeline.params import Params
-from stillroom.pipeline.tracing import Corners, trace
+from stillroom.pipeline.straightening import straightened
+from stillroom.pipeline.tracing import Corners, enclosed, trace
 
-Numbers = npt.NDArray[np.float64]
 Pixels = npt.NDArray[np.int32]
 """Shape (n, 2), column and row of cells."""
 
-STEP_M, STEP = 0.04, 0.8
-"""Parallel edges must lie apart by so many metres, and so many cells, to be told from one edge."""
-SHORTEST_FIT_M = 0.3
-"""A shorter edge is no line to fit: it goes from corner to corner."""
 EDGE = 0.01
 """Cells."""
 BIAS_M = 1e-7
 """Coordinates halfway between two millimetres, as those of cells often are, go to the upper one and not where rounding errors send them."""
-BULGE = 0.01
-"""Cells; small beside any distance between corners."""
 SPECK = 0.5
 """A part with less than this share of the smallest area stays below it however its edges are straightened."""
-MARGIN = 0.1
-"""Share of an edge at both of its ends that is not fitted: corners are ragged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,18 +117,19 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
     """
     cell = frame.resolution
     borders = trace(floor)
-    areas = np.array([_area(border) for border in borders]) * cell**2
+    areas = np.array([enclosed(border) for border in borders]) * cell**2
     # straight edges don't bring the many specks to `smallest_m2`; a pillar in one of them takes nothing from other parts
     around = [borders[k] for k in np.flatnonzero((areas > 0) & (areas >= SPECK * smallest_m2))]
     pillars = [borders[k] for k in np.flatnonzero(areas <= -params.pillar_area_m2)]
+    straight = straightened([*pillars, *around], cell, params)
     holes: dict[int, list[Polygon]] = {}
-    for rings, part in zip(_straightened(pillars, cell, params), _parts_of(pillars, around), strict=True):
+    for rings, part in zip(straight, _parts_of(pillars, around), strict=False):
         holes.setdefault(part, []).extend(ring for ring in rings if ring.area * cell**2 >= params.pillar_area_m2)
     left, bottom, width, height = cv2.boundingRect(floor.view(np.uint8))
     # a little more, or edges on the very border would be cut by rounding errors
     extent = shapely.box(left - EDGE, bottom - EDGE, left + width + EDGE, bottom + height + EDGE)
     parts: list[Polygon] = []
-    for k, whole in enumerate(_straightened(around, cell, params, smallest_m2)):
+    for k, whole in enumerate(straight[len(pillars) :]):
         if holes.get(k):
             pillar_area = shapely.union_all(holes[k], grid_size=GRID_M)
             whole = polygons_in(shapely.difference(whole, pillar_area, grid_size=GRID_M))
@@ -150,12 +142,6 @@ def outline(floor: Mask, frame: GridFrame, params: Params, smallest_m2: float = 
     apart = np.array(_apart(polygons_in(shapely.set_precision(local, GRID_M))), dtype=object)
     placed = shapely.transform(apart, lambda p: frame.origin.apply(as_points(p)))
     return shapely.orient_polygons(MultiPolygon(polygons_in(shapely.set_precision(placed, GRID_M))))
-
-
-def _area(ring: Corners) -> float:
-    """Cells that a ring encloses, negative where it runs clockwise."""
-    x, y = ring.T
-    return float(x[:-1] @ y[1:] - x[1:] @ y[:-1] + x[-1] * y[0] - x[0] * y[-1]) / 2
 
 
 def _parts_of(holes: list[Corners], around: list[Corners]) -> list[int]:
@@ -187,133 +173,6 @@ def _apart(parts: list[Polygon]) -> list[Polygon]:
             rest = polygons_in(shapely.difference(parts[j], grown[i][1], grid_size=GRID_M))
             parts[j] = max(rest, key=lambda p: p.area, default=Polygon())
     return [part for part in parts if not part.is_empty]
-
-
-def _straightened(
-    borders: Sequence[Corners], cell: float, params: Params, smallest_m2: float = 0.0
-) -> list[list[Polygon]]:
-    """Each border of the floor as valid polygons in continuous cell coordinates, mostly one. `cell`: metres.
-
-    What is too small for straight edges, and below `smallest_m2`, is left out.
-    """
-    tolerance = max(params.outline_tolerance_m / cell, 1.1)
-    rings = _bulged(borders)
-    found: dict[int, list[Polygon]] = {}
-    for finer in (tolerance, tolerance / 2, 1.0):
-        left = [k for k in range(len(borders)) if not found.get(k)]
-        kept = shapely.simplify(rings[left], finer + 2 * BULGE, preserve_topology=False)
-        corners, ring = shapely.get_coordinates(kept, include_z=True, return_index=True)
-        count = np.bincount(ring, minlength=len(left))
-        stop = np.cumsum(count)
-        for i in np.flatnonzero(count >= 4).tolist():
-            at = corners[stop[i] - count[i] : stop[i], 2].astype(np.int64)
-            found[left[i]] = _fitted(borders[left[i]], at, finer, cell)
-    for k, border in enumerate(borders):
-        if not found.get(k) and abs(_area(border)) * cell**2 >= smallest_m2:
-            found[k] = polygons_in(shapely.make_valid(Polygon(border)))
-    return [found.get(k, []) for k in range(len(borders))]
-
-
-def _fitted(border: Corners, at: npt.NDArray[np.int64], tolerance: float, cell: float) -> list[Polygon]:
-    """Fits a line to the border between the corners `at` that matter and intersects neighbours; nothing where that fails.
-
-    Straight edges on both sides of a thin wall may cross. What both claim is left to the wall, so that it still holds.
-    """
-    closed = np.append(border, border[:1], axis=0)
-    starts = closed[at[:-1]].astype(np.float64)
-    ends = np.roll(starts, -1, axis=0)
-    centres, directions = _fit_edges(closed, at, (starts + ends) / 2, ends - starts, SHORTEST_FIT_M / cell)
-    step = max(STEP, STEP_M / cell)
-    polygon = Polygon(_meet(centres, directions, starts, tolerance, step))
-    parts = [polygon] if polygon.is_valid else polygons_in(shapely.make_valid(polygon))
-    area = abs(_area(border))
-    missing = abs(sum(part.area for part in parts) - area)
-    return parts if missing <= 0.25 * tolerance * polygon.length + 0.2 * area else []
-
-
-def _bulged(borders: Sequence[Corners]) -> npt.NDArray[np.object_]:
-    """The borders as closed lines, a little blown up, by more the farther from their middles; z is a corner's number.
-
-    On a grid many corners are equally far from the chord between two others, and which of them is kept would depend on the way round.
-    """
-    if not borders:
-        return np.zeros(0, dtype=object)
-    closed = np.concatenate([corners for border in borders for corners in (border, border[:1])])
-    size = np.array([len(border) + 1 for border in borders])
-    begin, ring = np.cumsum(size) - size, np.repeat(np.arange(len(size)), size)
-    from_middle = closed - (np.add.reduceat(closed, begin) / size[:, None])[ring]
-    far = np.hypot(*from_middle.T)
-    extent = np.array([max(most, 1.0) ** 3 for most in np.maximum.reduceat(far, begin).tolist()])
-    blown_up = closed + BULGE * from_middle * far[:, None] ** 2 / extent[ring][:, None]
-    number = np.arange(len(closed)) - begin[ring]
-    return np.asarray(shapely.linestrings(np.column_stack([blown_up, number]), indices=ring))
-
-
-def _fit_edges(
-    closed: Corners, at: npt.NDArray[np.int64], centres: Points, directions: Points, shortest: float
-) -> tuple[Points, Points]:
-    """Least-squares line of the border between consecutive corners `at`, their surroundings left out; edges shorter than `shortest` cells keep
-    the line through their corners, given by `centres` and `directions`."""
-    middle = closed.mean(0)
-    p, q = closed[:-1] - middle, closed[1:] - middle
-    length = np.abs(q - p).sum(1)
-    walked = np.concatenate([[0.0], np.cumsum(length)])
-    total = np.concatenate([np.zeros((1, 6)), np.cumsum(_moments(p, q, length), axis=0)])
-
-    def until(distance: Numbers) -> Numbers:
-        """Moments of the border from its first corner to so many cells on."""
-        edge = np.searchsorted(walked[1:-1], distance, side="right")
-        beyond = distance - walked[edge]
-        stop = p[edge] + (beyond / length[edge])[:, None] * (q - p)[edge]
-        return np.asarray(total[edge] + _moments(p[edge], stop, beyond))
-
-    begin, end = walked[at[:-1]], walked[at[1:]]
-    fit = end - begin >= shortest
-    margin = MARGIN * (end - begin)[fit]
-    found = until(end[fit] - margin) - until(begin[fit] + margin)
-    x, y, xx, xy, yy = (found[:, 1:] / found[:, :1]).T
-    angle = 0.5 * np.arctan2(2 * (xy - x * y), (xx - x * x) - (yy - y * y))
-    axis = np.stack([np.cos(angle), np.sin(angle)], 1)
-    axis *= np.where((axis * directions[fit]).sum(1, keepdims=True) >= 0, 1.0, -1.0)
-    centres, directions = centres.copy(), directions.copy()
-    centres[fit], directions[fit] = np.stack([x, y], 1) + middle, axis
-    return centres, directions / np.maximum(np.linalg.norm(directions, axis=1, keepdims=True), 1e-9)
-
-
-def _moments(p: Points, q: Points, length: Numbers) -> Numbers:
-    """Integrals of 1, x, y, xx, xy and yy along the segments from p to q (n, 2): (n, 6)."""
-    (x, y), (u, v) = p.T, q.T
-    integrals = np.stack(
-        [
-            np.ones_like(length),
-            (x + u) / 2,
-            (y + v) / 2,
-            (x * x + x * u + u * u) / 3,
-            (2 * x * y + x * v + u * y + 2 * u * v) / 6,
-            (y * y + y * v + v * v) / 3,
-        ],
-        1,
-    )
-    return np.asarray(length[:, None] * integrals)
-
-
-def _meet(centres: Points, directions: Points, corners: Points, tolerance: float, step: float) -> Points:
-    """Corners of a ring of lines: line i - 1 with line i.
-
-    Nearly parallel neighbours that lie apart (the two faces of a wall that ends, or a step) keep the short edge between them.
-    """
-    before = np.roll(np.arange(len(centres)), 1)
-    normals = np.stack([directions[:, 1], -directions[:, 0]], 1)
-    u, v, gap = directions[before], directions, centres - centres[before]
-    sine = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    along = (gap[:, 0] * v[:, 1] - gap[:, 1] * v[:, 0]) / np.where(np.abs(sine) > 1e-6, sine, 1.0)
-    crossing = centres[before] + along[:, None] * u
-    a = corners - ((corners - centres[before]) * normals[before]).sum(1, keepdims=True) * normals[before]
-    b = corners - ((corners - centres) * normals).sum(1, keepdims=True) * normals
-    meets = (np.abs(sine) > 0.35) & (np.linalg.norm(crossing - corners, axis=1) < 2.5 * tolerance)
-    apart = ~meets & (np.linalg.norm(a - b, axis=1) > step)
-    first = np.where(meets[:, None], crossing, np.where(apart[:, None], a, (a + b) / 2))
-    return as_points(np.stack([first, b], 1)[np.stack([np.ones_like(apart), apart], 1)])
 
 
 # -- features ------------------------------------------------------------------------------------------------------
