@@ -53,12 +53,9 @@ class Change:
     reason: str | None
 
 
-def post(tx: Transaction, event_ids: Sequence[int]) -> None:
+def posting(event_ids: sa.Select[Any]) -> sa.Insert:
     """Puts events into the outbox."""
-    if event_ids:
-        # with RETURNING all go in one statement
-        made = sa.insert(outbox).returning(outbox.c.event_id)
-        tx.execute(made, [{"event_id": event_id} for event_id in event_ids])
+    return sa.insert(outbox).from_select(["event_id"], event_ids)
 
 
 def is_any_untold(tx: Transaction) -> bool:

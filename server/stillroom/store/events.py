@@ -6,6 +6,7 @@ from datetime import datetime
 import sqlalchemy as sa
 
 from stillroom.store import deliveries, robots
+from stillroom.store.changes import given, named
 from stillroom.store.database import Transaction, tell
 from stillroom.store.hints import Hint
 from stillroom.store.robots import Selection
@@ -16,13 +17,44 @@ _LOCK = 0x57111
 """Keeps these locks apart from others of the same database."""
 
 
-_HOLD = sa.select(
-    sa.func.pg_advisory_xact_lock(sa.func.hashtextextended(robots.followers().c.name, sa.literal_column(str(_LOCK))))
-)
 NEWS = ("conflict", "mission", "version")
 """What people and their programs may want to be sent a message about."""
 Happened = tuple[str, Json]
 """What kind of thing happened, and what is to be told of it."""
+
+
+def _at_once() -> sa.Insert:
+    """For PostgreSQL. All locks are taken before the first event gets its number, as they are counted first.
+
+    The map stays whose it is: its owner may keep it just now, when the robot is given up.
+    """
+    held = sa.func.pg_advisory_xact_lock(
+        sa.func.hashtextextended(robots.followers().c.name, sa.literal_column(str(_LOCK)))
+    )
+    locks = sa.select(sa.func.count(held)).cte("locks")
+    of = sa.select(map_.c.id, map_.c.robot_id).where(map_.c.id == sa.bindparam("of"))
+    of_map = of.with_for_update(read=True, key_share=True).cte("of_map")
+    all_of_it = sa.func.json_array_elements(sa.bindparam("happened", type_=sa.JSON))
+    told = all_of_it.table_valued(sa.column("what", sa.JSON), with_ordinality="place").render_derived()
+    happened = (
+        sa.select(of_map.c.robot_id, of_map.c.id, told.c.what["kind"].as_string(), told.c.what["data"])
+        .add_columns(sa.bindparam("now", type_=event.c.created_at.type))
+        .select_from(locks.join(of_map, sa.true()).join(told, sa.true()))
+        .order_by(told.c.place)
+    )
+    into = sa.insert(event).from_select(["robot_id", "map_id", "kind", "data", "created_at"], happened)
+    added = into.returning(event.c.id, event.c.kind).cte("added")
+    return deliveries.posting(sa.select(added.c.id).where(added.c.kind.in_(NEWS)))
+
+
+_AT_ONCE = _at_once()
+_ADD = (
+    sa.insert(event)
+    .values(given(event, "new", "map_id", "kind", "data", "created_at"))
+    .values(robot_id=sa.select(map_.c.robot_id).where(map_.c.id == sa.bindparam("new_map_id")).scalar_subquery())
+    .returning(event.c.id)
+)
+_POST = deliveries.posting(sa.select(sa.bindparam("event_id", type_=event.c.id.type)))
 
 
 def add(tx: Transaction, of: MapRow, happened: Sequence[Happened], now: datetime) -> None:
@@ -32,16 +64,16 @@ def add(tx: Transaction, of: MapRow, happened: Sequence[Happened], now: datetime
 
     So their events are committed in the order of their ids, and who has seen one has missed none before it.
     """
-    if tx.dialect.name == "postgresql":  # on SQLite there is one writer at a time
-        tx.execute(_HOLD, {"robot_id": of.robot_id})
-    # Not as it was read before: the map's owner may have kept it when the robot was given up.
-    robot_id = sa.select(map_.c.robot_id).where(map_.c.id == of.id).scalar_subquery()
-    made = sa.insert(event).values(robot_id=robot_id).returning(event.c.id, sort_by_parameter_order=True)
-    same = {"map_id": of.id, "created_at": now}
-    rows = [same | {"kind": kind, "data": data} for kind, data in happened]
-    numbers = tx.execute(made, rows).scalars().all()
-    news = [number for number, (kind, _) in zip(numbers, happened, strict=True) if kind in NEWS]
-    deliveries.post(tx, news)
+    news = [kind for kind, _ in happened if kind in NEWS]
+    if tx.dialect.name == "postgresql":
+        all_of_it = [{"kind": kind, "data": data} for kind, data in happened]
+        tx.execute(_AT_ONCE, {"robot_id": of.robot_id, "of": of.id, "happened": all_of_it, "now": now})
+    else:  # on SQLite there is one writer at a time
+        for kind, data in happened:
+            one = {"map_id": of.id, "kind": kind, "data": data, "created_at": now}
+            number = tx.execute(_ADD, named("new", one)).scalar_one()
+            if kind in NEWS:
+                tx.execute(_POST, {"event_id": number})
     tell(tx, Hint("changed", of.id))
     if news:
         tell(tx, Hint("message", of.id))

@@ -3,10 +3,13 @@
 A claimed lane is simply not ready until its lease ends, so that a worker that dies needs nobody to clean up after it.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 from uuid import uuid4
 
 import sqlalchemy as sa
+from sqlalchemy.sql.dml import ReturningUpdate
 
 from stillroom.store import clock
 from stillroom.store.changes import Change
@@ -51,21 +54,30 @@ _TAKE = (
 _unfinished = mission.c.status != sa.literal_column(
     "'done'"
 )  # as the index has it: a plan for any status could not use that
-_next_mission = (
-    sa.select(mission.c.id)
-    .where(mission.c.map_id == sa.bindparam("of"), _unfinished)
-    .order_by(mission.c.epoch, mission.c.sequence, mission.c.id)
-    .limit(1)
-)
-_BEGIN = (
-    sa.update(mission)
-    .where(mission.c.id == _next_mission.scalar_subquery())
-    .values(status="processing", attempts=mission.c.attempts + 1)
-    .returning(mission.c.id, mission.c.attempts)
-)
-_another = sa.select(mission.c.id).where(
-    mission.c.map_id == sa.bindparam("of"), _unfinished, mission.c.id != sa.bindparam("done")
-)
+
+
+def _unfinished_of(map_id: sa.ColumnElement[int]) -> sa.Select[int]:
+    return sa.select(mission.c.id).where(mission.c.map_id == map_id, _unfinished)
+
+
+def _begun(map_id: sa.ColumnElement[int]) -> ReturningUpdate[Any]:
+    next_one = _unfinished_of(map_id).order_by(mission.c.epoch, mission.c.sequence, mission.c.id).limit(1)
+    return (
+        sa.update(mission)
+        .where(mission.c.id == next_one.scalar_subquery(), _unfinished)
+        .values(status="processing", attempts=mission.c.attempts + 1)
+        .returning(mission.c.id, mission.c.attempts)
+    )
+
+
+_BEGIN = _begun(sa.bindparam("of"))
+_taken = _TAKE.cte("taken")
+_first = _begun(sa.select(_taken.c.map_id).scalar_subquery()).cte("begun")
+# for PostgreSQL; the commit that this statement is waits for no disk
+_TAKE_AND_BEGIN = sa.select(
+    _taken.c.map_id, _first.c.id, _first.c.attempts, sa.func.set_config("synchronous_commit", "off", sa.true())
+).select_from(_taken.outerjoin(_first, sa.true()))
+_another = _unfinished_of(sa.bindparam("of")).where(mission.c.id != sa.bindparam("done"))
 _RELEASE = (
     sa.update(lane).where(_this).values(claim=None, ready_at=sa.case((_another.exists(), clock.SECONDS), else_=None))
 )
@@ -88,19 +100,38 @@ def claim(database: Database) -> Claim | None:
 
     Not durable: where a power loss forgets the claim, the mission is simply claimed again.
     """
-    with database.look() as tx:  # workers are woken more often than there is something to do
+    wanted = {"token": uuid4().hex, "lease": LEASE_S}
+    return _claim_at_once(database, wanted) if database.is_postgresql else _claim(database, wanted)
+
+
+def _claim_at_once(database: Database, wanted: Mapping[str, Any]) -> Claim | None:
+    with database.look() as tx:
+        found = tx.execute(_TAKE_AND_BEGIN, wanted).first()
+    if found is None:
+        return None
+    if found.id is None:  # another worker was done with that mission after this statement had begun
+        with database.write(durable=False) as tx:
+            return _begin(tx, found.map_id, wanted["token"]) if lock(tx, found.map_id) == wanted["token"] else None
+    return Claim(found.map_id, found.id, found.attempts, wanted["token"])
+
+
+def _claim(database: Database, wanted: Mapping[str, Any]) -> Claim | None:
+    with (
+        database.look() as tx
+    ):  # workers are woken more often than there is something to do, and writers wait for each other
         ready_in = seconds_to_next(tx)
         if ready_in is None or ready_in > 0:
             return None
-    token = uuid4().hex
     with database.write(durable=False) as tx:
-        map_id = tx.execute(_TAKE, {"token": token, "lease": LEASE_S}).scalar()
-        if map_id is None:
-            return None
-        begun = tx.execute(_BEGIN, {"of": map_id}).first()
-        if begun is None:
-            tx.execute(sa.update(lane).where(lane.c.map_id == map_id).values(claim=None, ready_at=None))
-            return None
+        map_id = tx.execute(_TAKE, wanted).scalar()
+        return None if map_id is None else _begin(tx, map_id, wanted["token"])
+
+
+def _begin(tx: Transaction, map_id: int, token: str) -> Claim | None:
+    begun = tx.execute(_BEGIN, {"of": map_id}).first()
+    if begun is None:
+        tx.execute(sa.update(lane).where(lane.c.map_id == map_id).values(claim=None, ready_at=None))
+        return None
     return Claim(map_id, begun.id, begun.attempts, token)
 
 
