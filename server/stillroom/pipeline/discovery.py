@@ -28,7 +28,7 @@ from stillroom.pipeline.walls import without_small
 
 JITTER_M = 0.15
 """The outline of a room comes out otherwise by up to this from mission to mission."""
-SHOWN = 0.6
+SHOWN = 0.8
 """So much of new floor, at the least, is on cells of new floor: its outline is straightened."""
 NEW = 0.7
 """A piece of floor of which more than this share is new is a new room."""

@@ -14,6 +14,8 @@ from stillroom.maps.geometry import GRID_M, Line, Points, as_line, as_points, li
 Numbers = npt.NDArray[np.float64]
 
 TOUCH_M = 0.002
+EXACT_M = 1e-9
+"""What lies this near to a line lies on it, but for rounding errors."""
 SHORTEST_M = 0.10
 """A divider that would be shorter than this divides nothing."""
 STATIONS = np.linspace(0.02, 0.98, 33)
@@ -48,16 +50,10 @@ class Outline:
 
     floor: MultiPolygon
 
-    def barriers(self, others: npt.NDArray[np.object_]) -> shapely.Geometry:
-        """What dividers end on: the outline and other dividers, (n,)."""
-        return shapely.multilinestrings(np.concatenate([self._rings, others]))
-
-    def dividing(self, places: Points, others: npt.NDArray[np.object_]) -> npt.NDArray[np.bool_]:
-        """Which of the places (n, 2) lie on the floor, and neither on the outline nor on other dividers, (m,)."""
-        at = shapely.points(places)
-        on_barrier = shapely.dwithin(self._walls, at, TOUCH_M)
-        on_barrier |= shapely.dwithin(shapely.multilinestrings(others), at, TOUCH_M)
-        return np.asarray(shapely.contains_xy(self.floor, places) & ~on_barrier)
+    def barriers(self, others: Sequence[Line]) -> "Barriers":
+        """What dividers end on: the outline and other dividers."""
+        drawn = shapely.multilinestrings(np.concatenate([self._rings, line_strings(others)]))
+        return Barriers(drawn, np.concatenate([self._edges, np.array(others, np.float64).reshape(-1, 2, 2)]))
 
     @cached_property
     def boundary(self) -> shapely.Geometry:
@@ -83,16 +79,34 @@ class Outline:
         return shapely.STRtree(shapely.linestrings(self.doorposts))
 
     @cached_property
-    def _walls(self) -> shapely.Geometry:
-        """The outline, prepared to be asked often."""
-        walls = shapely.multilinestrings(self._rings)
-        shapely.prepare(walls)
-        return walls
+    def _edges(self) -> Numbers:
+        """Of all rings, (n, 2, 2)."""
+        points, ring = shapely.get_coordinates(self._rings, return_index=True)
+        return np.asarray(np.stack([points[:-1], points[1:]], 1)[ring[:-1] == ring[1:]])
 
     @cached_property
     def _rings(self) -> npt.NDArray[np.object_]:
         points, ring = shapely.get_coordinates(shapely.get_rings(shapely.get_parts(self.floor)), return_index=True)
         return np.asarray(shapely.linestrings(points, indices=ring))
+
+
+@dataclass(frozen=True, eq=False)
+class Barriers:
+    """What dividers end on, drawn as lines, and its straight edges, (n, 2, 2)."""
+
+    drawn: shapely.Geometry
+    edges: Numbers
+
+    def crossings(self, start: Points, along: Points, length: float, reach_m: float) -> Numbers:
+        """Distances from `start` at which a line in the direction `along` meets a barrier, from reach before it to reach beyond its end."""
+        offset = self.edges - start
+        station, aside = offset @ along, offset @ (-along[1], along[0])
+        aside[np.abs(aside) < EXACT_M] = 0.0
+        across = aside[:, 0] * aside[:, 1] < 0
+        a, b = aside[across].T
+        p, q = station[across].T
+        met = np.round(np.sort(np.concatenate([p + (q - p) * a / (a - b), station[aside == 0]])), 6)
+        return np.asarray(met[(met > -reach_m - TOUCH_M) & (met < length + reach_m + TOUCH_M)])
 
 
 def attach(
@@ -111,11 +125,10 @@ def attach(
         return Adrift(0, 0.0)
     along = along / length
     reach_m += GRID_M
-    drawn = line_strings(others)
-    barriers = outline.barriers(drawn)
-    stations = _crossings(ends[0], along, length, barriers, reach_m)
+    barriers = outline.barriers(others)
+    stations = barriers.crossings(ends[0], along, length, reach_m)
     moved = ends.copy()
-    near = shapely.get_coordinates(shapely.shortest_line(shapely.points(ends), barriers)).reshape(2, 2, 2)[:, 1]
+    near = shapely.get_coordinates(shapely.shortest_line(shapely.points(ends), barriers.drawn)).reshape(2, 2, 2)[:, 1]
     gaps = np.hypot(*(near - ends).T).tolist()
     for end, (at, inward, gap) in enumerate(((0.0, 1.0, gaps[0]), (length, -1.0, gaps[1]))):
         station = _crossing(stations, at, inward, length, reach_m, nearest=tracked)
@@ -125,13 +138,22 @@ def attach(
             moved[end] = ends[0] + station * along
         else:
             return Adrift(end, gap)
-    placed = _on_grid(moved, barriers)
+    placed = _on_grid(moved, barriers.drawn)
     now = moved[1] - moved[0]
-    dividing = outline.dividing(placed[0] + STATIONS[:, None] * (placed[1] - placed[0]), drawn)
-    on_floor = np.count_nonzero(dividing) / len(STATIONS) * np.hypot(*now)
+    on_floor = _dividing(placed, outline, barriers) * np.hypot(*now)
     if now @ along < SHORTEST_M or on_floor < SHORTEST_M:
         return Adrift(1, 0.0)
     return Attached(as_line(placed))
+
+
+def _dividing(ends: Points, outline: Outline, barriers: Barriers) -> float:
+    """The share of the line between two places that lies on the floor and on no barrier."""
+    places = ends[0] + STATIONS[:, None] * (ends[1] - ends[0])
+    if not shapely.dwithin(barriers.drawn, shapely.linestrings(places[[0, -1]]), TOUCH_M):
+        # what touches no border is on one side of it
+        return float(shapely.contains_xy(outline.floor, *places[0]))
+    on_barrier = shapely.dwithin(barriers.drawn, shapely.points(places), TOUCH_M)
+    return float((shapely.contains_xy(outline.floor, places) & ~on_barrier).mean())
 
 
 def attach_path(
@@ -144,24 +166,24 @@ def attach_path(
     """
     if len(path) < 2 or outline.floor.is_empty:
         return None
-    barriers = outline.barriers(line_strings(others))
+    barriers = outline.barriers(others)
     moved = np.round(path, 3)
     for end, inner, stays in ((0, 1, fixed[0]), (-1, -2, fixed[1])):
         found = path[end] if stays else _end_of_path(path[inner], path[end], barriers, reach_m)
         if found is None:
             return None
-        moved[end] = found if stays else _on_grid(found[None], barriers)[0]
+        moved[end] = found if stays else _on_grid(found[None], barriers.drawn)[0]
     return moved if np.hypot(*(moved[-1] - moved[0])) > TOUCH_M or len(moved) > 2 else None
 
 
-def _end_of_path(inner: Points, end: Points, barriers: shapely.Geometry, reach_m: float) -> Points | None:
+def _end_of_path(inner: Points, end: Points, barriers: Barriers, reach_m: float) -> Points | None:
     """Where a path's last edge, from `inner` to `end`, ends on a barrier."""
     along = end - inner
     length = float(np.hypot(*along))
-    near = shapely.get_coordinates(shapely.shortest_line(shapely.Point(end), barriers))
+    near = shapely.get_coordinates(shapely.shortest_line(shapely.Point(end), barriers.drawn))
     gap = float(np.hypot(*(near[1] - near[0])))
     if length > TOUCH_M and gap > TOUCH_M:
-        stations = _crossings(inner, along / length, length, barriers, reach_m)
+        stations = barriers.crossings(inner, along / length, length, reach_m)
         station = _crossing(stations, length, -1.0, length, reach_m, nearest=True)
         if station is not None and abs(station - length) <= DETOUR * gap + DETOUR_M:
             return inner + station * along / length
@@ -177,16 +199,6 @@ def _on_grid(points: Points, barriers: shapely.Geometry) -> Points:
 
 def _detour(tracked: bool, along_m: float, gap_m: float) -> bool:
     return tracked and along_m > DETOUR * gap_m + DETOUR_M
-
-
-def _crossings(start: Points, along: Points, length: float, barriers: shapely.Geometry, reach_m: float) -> Points:
-    """Distances along the line, from `start`, at which it meets a barrier, from reach before its beginning to reach beyond its end."""
-    reach_m += 2 * TOUCH_M
-    ray = shapely.linestrings(start + np.array([[-reach_m], [length + reach_m]]) * along)
-    met = shapely.get_coordinates(shapely.intersection(ray, barriers))
-    stations = np.sort(np.round((met - start) @ along, 6))
-    # along a wall the ray itself ends on it: that is no crossing
-    return stations[(stations > TOUCH_M - reach_m) & (stations < length + reach_m - TOUCH_M)]
 
 
 def _crossing(stations: Points, at: float, inward: float, length: float, reach_m: float, nearest: bool) -> float | None:

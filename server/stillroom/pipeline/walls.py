@@ -214,11 +214,13 @@ def _ring_pieces(
     cuts = (cuts - ~kinds) % len(runs)
     around = np.concatenate([stations[:-1], stations + stations[-1]])
     corners = np.concatenate([ring[:-1], ring])
+    nexts = np.roll(cuts, -1)
+    first = np.searchsorted(around, at[cuts] + GRID_M, side="right")
+    last = np.searchsorted(around, np.where(nexts > cuts, at[nexts], at[nexts] + stations[-1]) - GRID_M)
     pieces: list[tuple[WallKind, Points]] = []
-    for wall, a, b in zip(kinds.tolist(), cuts.tolist(), np.roll(cuts, -1).tolist(), strict=True):
-        end = at[b] if b > a else at[b] + stations[-1]
-        inner = corners[(around > at[a] + GRID_M) & (around < end - GRID_M)]
-        pieces.append(("wall" if wall else "open", np.concatenate([samples[a : a + 1], inner, samples[b : b + 1]])))
+    for wall, a, b, i, j in np.stack([kinds, cuts, nexts, first, last], 1).tolist():
+        line = np.concatenate([samples[a : a + 1], corners[i:j], samples[b : b + 1]])
+        pieces.append(("wall" if wall else "open", line))
     return pieces
 
 
