@@ -48,14 +48,14 @@ NOTED = (robots, missions, maps, conflicts, edits, exports)
 
 
 PARTS = (
+    missions,
+    maps,
     robots,
     signing_in,
     provider,
     account,
     homes,
     people,
-    missions,
-    maps,
     conflicts,
     edits,
     exports,
@@ -70,7 +70,7 @@ PARTS = (
     health,
     problems,
 )
-"""In the order in which their paths are tried."""
+"""In the order in which their paths are tried: first what robots ask all the time."""
 
 
 def _routes() -> APIRouter:

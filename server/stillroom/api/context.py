@@ -66,17 +66,23 @@ class Parts:
         return Means(self.database, self.grids, self.resolvers)
 
 
-async def parts(request: Request) -> Parts:
-    # Dependencies that wait for nothing are async: each of the others takes a thread.
+def _parts(request: Request) -> Parts:
     found: Parts = request.app.state.parts
     return found
+
+
+async def parts(request: Request) -> Parts:
+    # Dependencies that wait for nothing are async: each of the others takes a thread. None has others of its own that it can do
+    # without: those are looked up again for each that has them.
+    return _parts(request)
 
 
 Service = Annotated[Parts, Depends(parts)]
 
 
-def caller(request: Request, service: Service) -> Principal:
+def caller(request: Request) -> Principal:
     """Who calls. Raises Unauthenticated, or Forbidden for a request that another site made a browser send."""
+    service = _parts(request)
     scheme, _, token = request.headers.get("Authorization", "").partition(" ")
     if scheme:
         if scheme.lower() != "bearer" or not token.strip():
@@ -145,11 +151,12 @@ Limit = Annotated[int, Query(ge=1, le=1000)]
 def allowed(action: Action) -> Callable[..., Awaitable[None]]:
     """A dependency that lets only those pass who may do `action` to the robot that the path names."""
 
-    async def check(service: Service, who: Caller, robot_id: RobotId) -> None:
+    async def check(request: Request, who: Caller, robot_id: RobotId) -> None:
+        database = _parts(request).database
         if isinstance(who, Robot):  # its token says all
-            access.authorise(service.database, who, action, robot_id)
+            access.authorise(database, who, action, robot_id)
         else:
-            await run_in_threadpool(access.authorise, service.database, who, action, robot_id)
+            await run_in_threadpool(access.authorise, database, who, action, robot_id)
 
     return check
 

@@ -39,7 +39,7 @@ async def follow(
         last = int(last_event_id)
     else:
         last = await run_in_threadpool(newest_event, service.database, who)
-    stream = _stream(service, who, partial(caller, request, service), robot, map_name, last)
+    stream = _stream(service, who, partial(caller, request), robot, map_name, last)
     return StreamingResponse(stream, media_type="text/event-stream", headers={"Cache-Control": "no-store"})
 
 

@@ -60,14 +60,15 @@ class Turns:
 READING, WRITING = Turns(2), Turns(8)
 
 
-async def noted(request: Request, service: Service, who: Caller) -> AsyncIterator[None]:
+async def noted(request: Request, who: Caller) -> AsyncIterator[None]:
     """People's requests about a robot stand in its log, once they were allowed and answered."""
     yield
     robot = request.path_params.get("robot")
     if isinstance(who, Person) and robot is not None:
         did = "look" if request.method in SAFE_METHODS else "change"
         log: Log = request.app.state.log
-        await run_in_threadpool(log.note, service.database, who, robot, did, _what(request), source_of(request))
+        database = request.app.state.parts.database
+        await run_in_threadpool(log.note, database, who, robot, did, _what(request), source_of(request))
 
 
 def _what(request: Request) -> str:

@@ -77,7 +77,7 @@ def classify(grey: Grey, transparent: npt.NDArray[np.bool_] | None, reading: Rea
         known = np.full(256, True)
     table[known & (occupancy > reading.occupied_thresh)] = Cell.OCCUPIED
     table[known & (occupancy < reading.free_thresh)] = Cell.FREE
-    cells = table[grey]
+    cells = np.asarray(cv2.LUT(grey, table), np.uint8)
     if transparent is not None:
         cells[transparent] = Cell.UNEXPLORED
     return cells

@@ -32,13 +32,16 @@ def _is_deeper(document: Any, depth: int) -> bool:
         level = [
             inner
             for outer in level
-            if isinstance(outer, dict | list)
-            for inner in (outer.values() if isinstance(outer, dict) else outer)
-            if isinstance(inner, dict | list)
+            if type(outer) in _CONTAINERS
+            for inner in (outer.values() if type(outer) is dict else outer)
+            if type(inner) in _CONTAINERS
         ]
         if not level:
             return False
     return True
+
+
+_CONTAINERS = (dict, list)
 
 
 def _refused(at: str, why: str) -> InvalidInput:

@@ -23,10 +23,10 @@ def by_token(database: Database, token: str, admin_token: str | None) -> Princip
     if token.startswith(PERSON):
         return _by_person_token(database, token)
     with database.look() as tx:
-        row = robots.by_token(tx, hash_of(token))
-    if row is None:
+        found = robots.by_token(tx, hash_of(token))
+    if found is None:
         raise Unauthenticated("The token is not valid.")
-    return Robot(row.id, homeless=row.released_at is not None)
+    return Robot(*found)
 
 
 def _by_person_token(database: Database, token: str) -> Person:

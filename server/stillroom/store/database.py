@@ -11,6 +11,7 @@ from typing import Any
 import sqlalchemy as sa
 from pydantic_core import from_json, to_json
 from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy.engine.interfaces import IsolationLevel
 from sqlalchemy.exc import DisconnectionError, InterfaceError, NoResultFound, OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 
@@ -44,7 +45,8 @@ class Database:
             self._reader: sa.Engine = self._writer.execution_options(
                 isolation_level="REPEATABLE READ", postgresql_readonly=True
             )
-            self._looker: sa.Engine = self._writer.execution_options(isolation_level="AUTOCOMMIT")
+            # Connections of its own: to change one's isolation and change it back takes as long as a statement.
+            self._looker: sa.Engine = _postgresql_engine(self.url, "AUTOCOMMIT")
         else:
             if self.url.database:
                 Path(self.url.database).parent.mkdir(parents=True, exist_ok=True)
@@ -109,7 +111,7 @@ class Database:
             listener.stop()
 
     def dispose(self) -> None:
-        for engine in {self._reader, self._writer, self._relaxed_writer}:
+        for engine in {self._reader, self._writer, self._relaxed_writer, self._looker}:
             engine.dispose()
 
 
@@ -162,7 +164,7 @@ def _sqlite_engine(url: sa.URL, begin: str, pragma: str) -> sa.Engine:
     return engine
 
 
-def _postgresql_engine(url: sa.URL) -> sa.Engine:
+def _postgresql_engine(url: sa.URL, isolation: IsolationLevel = "READ COMMITTED") -> sa.Engine:
     connect = {} if "connect_timeout" in url.query else {"connect_timeout": _CONNECT_S}
     engine = sa.create_engine(
         url,
@@ -170,7 +172,7 @@ def _postgresql_engine(url: sa.URL) -> sa.Engine:
         max_overflow=20,
         pool_use_lifo=True,  # the one that was used last knows its statements best
         connect_args=connect,
-        isolation_level="READ COMMITTED",
+        isolation_level=isolation,
         skip_autocommit_rollback=True,
         **_JSON,
     )

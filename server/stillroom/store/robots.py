@@ -37,15 +37,19 @@ def add(tx: Transaction, row: RobotRow, token_hash: str, claim_code_hash: str) -
 
 # Statements of every mission are made once: making one takes as long as running it.
 _BY_ID = _ROBOT.where(robot.c.id == sa.bindparam("robot_id"))
-_BY_TOKEN = _ROBOT.where(robot.c.token_hash == sa.bindparam("token_hash"))
+_BY_TOKEN = sa.select(robot.c.id, robot.c.released_at.is_not(None)).where(
+    robot.c.token_hash == sa.bindparam("token_hash")
+)
 
 
 def get(tx: Transaction, robot_id: str) -> RobotRow | None:
     return as_row_or_none(RobotRow, tx.execute(_BY_ID, {"robot_id": robot_id}).first())
 
 
-def by_token(tx: Transaction, token_hash: str) -> RobotRow | None:
-    return as_row_or_none(RobotRow, tx.execute(_BY_TOKEN, {"token_hash": token_hash}).first())
+def by_token(tx: Transaction, token_hash: str) -> tuple[str, bool] | None:
+    """Its id, and whether its owner gave it up and nobody has claimed it since."""
+    found = tx.execute(_BY_TOKEN, {"token_hash": token_hash}).first()
+    return None if found is None else (found[0], bool(found[1]))
 
 
 def of_map(tx: Transaction, map_id: int) -> RobotRow | None:
