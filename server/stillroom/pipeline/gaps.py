@@ -62,15 +62,16 @@ class WallSearch:
         points = frame.to_cells(np.concatenate([np.zeros((0, 2)), *lines]))
         drawn = shapely.linestrings(points, indices=np.repeat(np.arange(len(lines)), [len(line) for line in lines]))
         stations, line = shapely.get_coordinates(shapely.segmentize(drawn, 1.0), return_index=True)
-        before = np.arange(len(line)) - (np.diff(line, prepend=-1) == 0)
-        after = np.arange(len(line)) + (np.diff(line, append=len(lines)) == 0)
+        before, after = np.arange(len(line)), np.arange(len(line))
+        before[1:] -= line[1:] == line[:-1]
+        after[:-1] += line[1:] == line[:-1]
         along = (stations[after] - stations[before]) / (after - before)[:, None]
         along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
         reach = np.ceil(params.wall_classification_m / frame.resolution)
         steps = np.arange(-reach, reach + 1)
         steps = steps[np.argsort(np.abs(steps), kind="stable")]
-        columns = np.floor(stations[:, :1] + steps * along[:, 1:]).astype(np.int64)
-        rows = np.floor(stations[:, 1:] - steps * along[:, :1]).astype(np.int64)
+        columns = np.floor(stations[:, :1] + steps * along[:, 1:]).astype(np.int32)
+        rows = np.floor(stations[:, 1:] - steps * along[:, :1]).astype(np.int32)
         inside = (columns >= 0) & (rows >= 0) & (columns < frame.width) & (rows < frame.height)
         across = np.where(inside, rows * frame.width + columns, 0)
         rings = np.array([np.abs(line[0] - line[-1]).max() < GRID_M for line in lines], np.bool_)

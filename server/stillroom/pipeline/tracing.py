@@ -8,7 +8,7 @@ from stillroom.maps.grid import Mask
 
 Corners = npt.NDArray[np.int64]
 """Shape (n, 2): column and row of points where four cells meet; cell (c, r) covers [c, c + 1) x [r, r + 1)."""
-QUADRANTS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+QUADRANTS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)])
 """Sides (to the right, up) to which two borders lead from a corner, for the odd one of the four cells around it."""
 ODD_CELLS = np.zeros(16, np.uint8)
 """Of the cells around a point, a bit each, those that the border turns around; none where it goes straight on."""
@@ -29,7 +29,7 @@ def trace(mask: Mask) -> list[Corners]:
     places, quadrants, horizontal = _corners(mask)
     if not len(places):
         return []
-    sideways, upright = (np.array(QUADRANTS)[quadrants, k] for k in (0, 1))
+    sideways, upright = QUADRANTS[quadrants].T
     beside = _partners(places[:, 1], places[:, 0], sideways)
     above = _partners(places[:, 0], places[:, 1], upright)
     return _from_farthest(places, _cycles(np.where(horizontal, beside, above).tolist()))
@@ -51,14 +51,11 @@ def _corners(mask: Mask) -> tuple[Corners, npt.NDArray[np.int64], npt.NDArray[np
     points = np.flatnonzero(cv2.LUT(around, TURNS).view(np.bool_))
     kinds = around.ravel()[points]
     rows, columns = np.divmod(points, around.shape[1])
-    places, quadrants, alone = [], [], []
-    for quadrant in range(4):
-        found = np.flatnonzero(ODD_CELLS[kinds] >> quadrant & 1)
-        places.append(np.stack([columns[found], rows[found]], 1))
-        quadrants.append(np.full(len(found), quadrant))
-        alone.append(kinds[found] >> quadrant & 1 == 1)
-    quadrant_of = np.concatenate(quadrants)
-    return np.concatenate(places), quadrant_of, (quadrant_of % 2 == 1) ^ np.concatenate(alone)
+    odd = ODD_CELLS[kinds]
+    found = [np.flatnonzero(odd >> quadrant & 1) for quadrant in range(4)]
+    quadrants, corners = np.repeat(np.arange(4), [len(some) for some in found]), np.concatenate(found)
+    alone = kinds[corners] >> quadrants & 1 == 1
+    return np.stack([columns[corners], rows[corners]], 1), quadrants, (quadrants % 2 == 1) ^ alone
 
 
 def _partners(
