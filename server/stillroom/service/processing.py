@@ -42,6 +42,14 @@ def process_next(database: Database, grids: GridStore, resolvers: Sequence[Resol
     claim = lanes.claim(database)
     if claim is None:
         return None
+    process_claimed(database, grids, claim, resolvers)
+    return claim.map_id
+
+
+def process_claimed(
+    database: Database, grids: GridStore, claim: lanes.Claim, resolvers: Sequence[ResolverName] = RESOLVERS
+) -> None:
+    """Raises Unavailable, as `process_next`."""
     with _renewed(database, claim):
         give_up = claim.attempts > MAX_ATTEMPTS
         process = (
@@ -57,7 +65,6 @@ def process_next(database: Database, grids: GridStore, resolvers: Sequence[Resol
             with suppress(Unavailable):  # where the database is away, the lease ends by itself
                 lanes.hand_back(database, claim)
             raise
-    return claim.map_id
 
 
 def _give_up(database: Database, claim: lanes.Claim, resolvers: Sequence[ResolverName]) -> bool:

@@ -35,7 +35,7 @@ from stillroom.service.fleet.counting import catch_up
 from stillroom.service.fleet.judging import judge
 from stillroom.service.fleet.shadowing import run_next_beside
 from stillroom.service.messages.messenger import Messenger
-from stillroom.service.processing import process_next
+from stillroom.service.processing import process_claimed
 from stillroom.settings import Messaging
 from stillroom.store import lanes
 from stillroom.store.database import Database
@@ -50,8 +50,8 @@ BESIDE_S = 5.0
 """So often it looks for what may wait: missions that are run again, beside or in a replay."""
 SWEEP_S = 30.0
 """So late at most does a deadline take effect."""
-GATHER_S = 0.25
-"""So long the messenger waits for more to tell of: looking for each mission by itself would cost more than telling."""
+GATHER_S = 1.0
+"""So often at most the messenger looks what there is to tell: looking for each mission by itself would cost more than telling."""
 FORGET_S = 3600.0
 Job = tuple[Callable[..., None], tuple[Any, ...]]
 """What a process runs, and with what."""
@@ -77,13 +77,15 @@ def run_worker(
         try:
             if monotonic() - swept >= SWEEP_S and not _sweep(database, grids):
                 swept = monotonic()
-            if process_next(database, grids, resolvers) is not None:
+            claimed = lanes.claim_or_rest(database)
+            if isinstance(claimed, lanes.Claim):
+                process_claimed(database, grids, claimed, resolvers)
                 continue
             if monotonic() - looked_beside >= BESIDE_S:
                 if run_next_beside(database, grids) or replaying.run_next(database, grids):
                     continue
                 looked_beside = monotonic()
-            pause = max(min(_until_next(database), looked_beside + BESIDE_S - monotonic()), 0.0)
+            pause = max(min(_pause(claimed), looked_beside + BESIDE_S - monotonic()), 0.0)
         except Unavailable as error:
             log.warning("missions wait", detail=error.detail, cause=repr(error.__cause__))
             pause = AWAY_S
@@ -105,7 +107,7 @@ def run_messenger(
     messenger = Messenger(database, grids, messaging, finished=partial(_ring, freed))
     forgot = -FORGET_S
     while not _ended(alive):
-        pause = IDLE_S
+        looked, pause = monotonic(), IDLE_S
         try:
             if monotonic() - forgot >= FORGET_S:
                 messenger.forget()
@@ -114,7 +116,7 @@ def run_messenger(
         except Exception:
             log.exception("messages could not be looked at; they are again in a moment")
         if wake in _rest((wake, free), alive, pause):
-            _rest((free,), alive, GATHER_S)
+            _rest((free,), alive, max(looked + GATHER_S - monotonic(), 0.0))
     messenger.close()
 
 
@@ -140,10 +142,8 @@ def _sweep(database: Database, grids: GridStore) -> bool:
         return False
 
 
-def _until_next(database: Database) -> float:
+def _pause(ready_in: float | None) -> float:
     """How long to rest: until a lease of another worker ends, if it then has not been renewed."""
-    with database.look() as tx:
-        ready_in = lanes.seconds_to_next(tx)
     return IDLE_S if ready_in is None else min(max(ready_in, 0.05), IDLE_S)
 
 
@@ -152,10 +152,13 @@ def _ended(alive: Connection) -> bool:
 
 
 def _wait(work: Connection, alive: Connection, seconds: float) -> None:
-    readable, _, _ = select.select([work, alive], [], [], seconds)
-    if work in readable:
-        with suppress(BlockingIOError):  # another was faster
+    until = monotonic() + seconds
+    while readable := select.select([work, alive], [], [], max(until - monotonic(), 0.0))[0]:
+        if alive in readable:
+            return
+        with suppress(BlockingIOError):  # another was faster, and does what there is to do
             os.read(work.fileno(), 1)  # one byte wakes one worker
+            return
 
 
 def _pass_on(hints: Connection, hint: Hint) -> None:

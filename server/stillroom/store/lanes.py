@@ -75,8 +75,12 @@ _taken = _TAKE.cte("taken")
 _first = _begun(sa.select(_taken.c.map_id).scalar_subquery()).cte("begun")
 # for PostgreSQL; the commit that this statement is waits for no disk
 _TAKE_AND_BEGIN = sa.select(
-    _taken.c.map_id, _first.c.id, _first.c.attempts, sa.func.set_config("synchronous_commit", "off", sa.true())
-).select_from(_taken.outerjoin(_first, sa.true()))
+    _TO_NEXT.scalar_subquery().label("ready_in"),
+    _taken.c.map_id,
+    _first.c.id,
+    _first.c.attempts,
+    sa.func.set_config("synchronous_commit", "off", sa.true()),
+).select_from(sa.select(sa.true()).subquery().outerjoin(_taken, sa.true()).outerjoin(_first, sa.true()))
 _another = _unfinished_of(sa.bindparam("of")).where(mission.c.id != sa.bindparam("done"))
 _RELEASE = (
     sa.update(lane).where(_this).values(claim=None, ready_at=sa.case((_another.exists(), clock.SECONDS), else_=None))
@@ -96,7 +100,13 @@ def wake(tx: Transaction, map_id: int) -> None:
 
 
 def claim(database: Database) -> Claim | None:
-    """The next mission of the lane that waits longest; None where no lane is ready.
+    """As `claim_or_rest`."""
+    claimed = claim_or_rest(database)
+    return claimed if isinstance(claimed, Claim) else None
+
+
+def claim_or_rest(database: Database) -> Claim | float | None:
+    """The next mission of the lane that waits longest; where no lane is ready, seconds until one becomes so, None where all rest.
 
     Not durable: where a power loss forgets the claim, the mission is simply claimed again.
     """
@@ -104,24 +114,25 @@ def claim(database: Database) -> Claim | None:
     return _claim_at_once(database, wanted) if database.is_postgresql else _claim(database, wanted)
 
 
-def _claim_at_once(database: Database, wanted: Mapping[str, Any]) -> Claim | None:
+def _claim_at_once(database: Database, wanted: Mapping[str, Any]) -> Claim | float | None:
     with database.look() as tx:
-        found = tx.execute(_TAKE_AND_BEGIN, wanted).first()
-    if found is None:
-        return None
+        found = tx.execute(_TAKE_AND_BEGIN, wanted).one()
+    if found.map_id is None:
+        ready_in: float | None = found.ready_in
+        return ready_in
     if found.id is None:  # another worker was done with that mission after this statement had begun
         with database.write(durable=False) as tx:
             return _begin(tx, found.map_id, wanted["token"]) if lock(tx, found.map_id) == wanted["token"] else None
     return Claim(found.map_id, found.id, found.attempts, wanted["token"])
 
 
-def _claim(database: Database, wanted: Mapping[str, Any]) -> Claim | None:
+def _claim(database: Database, wanted: Mapping[str, Any]) -> Claim | float | None:
     with (
         database.look() as tx
     ):  # workers are woken more often than there is something to do, and writers wait for each other
         ready_in = seconds_to_next(tx)
         if ready_in is None or ready_in > 0:
-            return None
+            return ready_in
     with database.write(durable=False) as tx:
         map_id = tx.execute(_TAKE, wanted).scalar()
         return None if map_id is None else _begin(tx, map_id, wanted["token"])
