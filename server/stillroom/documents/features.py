@@ -1,9 +1,8 @@
 """A semantic map as GeoJSON features (RFC 7946, local metres)."""
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Any
-
-import shapely
 
 from stillroom.documents import api, geojson
 from stillroom.documents.stored import Json, Rings, encode_map, upgrade
@@ -92,5 +91,12 @@ def _ring(shape: Line) -> Json:
 
 def _area(rings: Rings) -> float:
     """Square metres."""
-    outer, *holes = (float(shapely.polygons(ring).area) for ring in rings)
+    outer, *holes = map(_inside, rings)
     return round(outer - sum(holes), 3)
+
+
+def _inside(ring: Line) -> float:
+    """Area within a closed ring, by triangles from its first point, which costs less than making a shape."""
+    (x, y), *_ = ring
+    twice = ((a - x) * (d - y) - (c - x) * (b - y) for (a, b), (c, d) in pairwise(ring))
+    return abs(sum(twice, 0.0)) / 2

@@ -1,5 +1,7 @@
 """People look at maps, edit them and bring old versions back."""
 
+from typing import TypeVar
+
 from stillroom.documents import api
 from stillroom.documents.features import features, frame, segments, stored_map
 from stillroom.documents.geojson import RoomFeature
@@ -14,7 +16,9 @@ from stillroom.service.paging import page_of
 from stillroom.store import maps, missions, robots
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
-from stillroom.store.rows import MapRow, VersionHead, VersionRow
+from stillroom.store.rows import MapRow, ShownVersion, VersionHead, VersionRow
+
+T = TypeVar("T")
 
 
 def list_robots(database: Database, caller: Principal, after: str, limit: int) -> api.Page[api.RobotSummary]:
@@ -60,8 +64,20 @@ def version_in_force(database: Database, robot_id: str, map_name: str) -> tuple[
 
 def show_map(database: Database, robot_id: str, map_name: str, number: int | None = None) -> dict[str, object]:
     """The version in force, or a given one, as `api.MapDocument` has it. Raises NotFound."""
-    of, row = find_version(database, robot_id, map_name, number)
-    return _summary(of, row) | {"type": "FeatureCollection"} | _pictures(of, row) | stored_map(row.document)
+    with database.look() as tx:
+        found = maps.shown(tx, robot_id, map_name, number)
+    head, row = _there(found, robot_id, map_name)
+    if head is None:
+        raise _not_yet(robot_id, map_name)
+    if row is None:
+        raise _no_version(robot_id, map_name, number)
+    of = f"/api/v1/robots/{robot_id}/maps/{map_name}"
+    return (
+        _summary(robot_id, map_name, row)
+        | {"type": "FeatureCollection"}
+        | _pictures(of, row)
+        | stored_map(row.document)
+    )
 
 
 def map_segments(database: Database, robot_id: str, map_name: str) -> list[api.Segment]:
@@ -100,7 +116,11 @@ def list_versions(
 
 
 def version_item(of: MapRow, row: VersionHead) -> dict[str, object]:
-    return _summary(of, row) | {"rooms": row.rooms, "name": row.name, "url": f"{map_url(of)}/versions/{row.number}"}
+    return _summary(of.robot_id, of.name, row) | {
+        "rooms": row.rooms,
+        "name": row.name,
+        "url": f"{map_url(of)}/versions/{row.number}",
+    }
 
 
 def find_room(database: Database, robot_id: str, map_name: str, room_id: str) -> RoomFeature | api.RetiredRoom:
@@ -129,7 +149,7 @@ def find_in_force(tx: Transaction, robot_id: str, map_name: str) -> tuple[MapRow
     return of, _head(of)
 
 
-def _there(of: MapRow | None, robot_id: str, map_name: str) -> MapRow:
+def _there(of: T | None, robot_id: str, map_name: str) -> T:
     if of is None:
         raise NotFound(f"{robot_id} has no map {map_name}.")
     return of
@@ -137,8 +157,16 @@ def _there(of: MapRow | None, robot_id: str, map_name: str) -> MapRow:
 
 def _head(of: MapRow) -> int:
     if of.head is None:
-        raise NotFound(f"The map {of.name} of {of.robot_id} has no version yet: its first mission is not done.")
+        raise _not_yet(of.robot_id, of.name)
     return of.head
+
+
+def _not_yet(robot_id: str, map_name: str) -> NotFound:
+    return NotFound(f"The map {map_name} of {robot_id} has no version yet: its first mission is not done.")
+
+
+def _no_version(robot_id: str, map_name: str, number: int | None) -> NotFound:
+    return NotFound(f"The map {map_name} of {robot_id} has no version {number}.")
 
 
 def find_version(
@@ -151,7 +179,7 @@ def find_version(
         if number is not None and number != head:
             row = maps.version_at(tx, of.id, number)
     if row is None:
-        raise NotFound(f"The map {map_name} of {robot_id} has no version {number}.")
+        raise _no_version(robot_id, map_name, number)
     return of, row
 
 
@@ -165,10 +193,10 @@ def _survivor(tx: Transaction, map_id: int, room_id: str) -> str | None:
     return None if row is None or row.retired else row.id
 
 
-def _summary(of: MapRow, row: VersionHead) -> dict[str, object]:
+def _summary(robot_id: str, map_name: str, row: VersionHead | ShownVersion) -> dict[str, object]:
     return {
-        "robot": of.robot_id,
-        "map": of.name,
+        "robot": robot_id,
+        "map": map_name,
         "version": row.number,
         "parent": row.parent,
         "cause": row.cause,
@@ -178,14 +206,15 @@ def _summary(of: MapRow, row: VersionHead) -> dict[str, object]:
     }
 
 
-def _pictures(of: MapRow, row: VersionHead) -> dict[str, object]:
-    of_version = f"{map_url(of)}/versions/{row.number}"
+def _pictures(of: str, row: VersionHead | ShownVersion) -> dict[str, object]:
+    """`of`: URL of the map."""
+    of_version = f"{of}/versions/{row.number}"
     return {"grid": f"{of_version}/grid.png", "cells": f"{of_version}/cells.png"}
 
 
 def document_fields(of: MapRow, row: VersionHead, semantic_map: SemanticMap) -> dict[str, object]:
     shapes = {"frame": frame(semantic_map.frame), "features": features(semantic_map)}
-    return _summary(of, row) | _pictures(of, row) | shapes
+    return _summary(of.robot_id, of.name, row) | _pictures(map_url(of), row) | shapes
 
 
 def as_document(of: MapRow, row: VersionHead, semantic_map: SemanticMap) -> api.MapDocument:

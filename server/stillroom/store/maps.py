@@ -15,6 +15,7 @@ from stillroom.store.rows import (
     Json,
     MapRow,
     RoomRow,
+    ShownVersion,
     VersionHead,
     VersionRow,
     as_row,
@@ -45,6 +46,18 @@ _BY_NAME = _MAP.where(*_named)
 _IN_FORCE = (
     _MAP.add_columns(*VERSION.selected_columns)
     .outerjoin(version, sa.and_(version.c.map_id == map_.c.id, version.c.number == map_.c.head))
+    .where(*_named)
+)
+_SHOWN = (
+    sa.select(map_.c.head, *columns(version, ShownVersion, "document"), version.c.packed, version.c.document)
+    .outerjoin_from(
+        map_,
+        version,
+        sa.and_(
+            version.c.map_id == map_.c.id,
+            version.c.number == sa.func.coalesce(sa.bindparam("number", type_=version.c.number.type), map_.c.head),
+        ),
+    )
     .where(*_named)
 )
 # Both rows are locked: after waiting for the one, the other would be as it was before. Missions that arrive refer to the map
@@ -87,6 +100,19 @@ def in_force(tx: Transaction, robot_id: str, name: str) -> tuple[MapRow, Version
     middle = len(fields(MapRow))
     row = version_row(found[middle:])
     return MapRow(*found[:middle]), None if row.number is None else row  # of an outer join
+
+
+def shown(
+    tx: Transaction, robot_id: str, name: str, number: int | None
+) -> tuple[int | None, ShownVersion | None] | None:
+    """Which version of the map of that name is in force, and what is shown of one: of that one, where `number` is None. None where
+    there is no such map."""
+    found = tx.execute(_SHOWN, {"robot_id": robot_id, "name": name, "number": number}).first()
+    if found is None:
+        return None
+    head, *row, packed, document = found
+    row.append(document if packed is None else packed)
+    return head, None if row[0] is None else ShownVersion(*row)
 
 
 def lock(tx: Transaction, map_id: int) -> tuple[MapRow, str | None, datetime]:

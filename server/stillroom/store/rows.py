@@ -95,6 +95,19 @@ class VersionRow(VersionHead):
 
 
 @dataclass(frozen=True)
+class ShownVersion:
+    """What everybody sees of a version."""
+
+    number: int
+    parent: int | None
+    cause: str
+    mission: str | None
+    made_by: str
+    created_at: datetime
+    document: Json
+
+
+@dataclass(frozen=True)
 class RoomRow:
     id: str
     segment_id: int
