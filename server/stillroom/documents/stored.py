@@ -4,7 +4,7 @@ The newest format is described in docs/formats.md. To change it, count FORMAT up
 were written before are brought up when they are read.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -114,21 +114,26 @@ def encode_map(semantic_map: SemanticMap) -> Json:
 def decode_map(document: Json, ids: Ids = Ids()) -> SemanticMap:
     """Raises ValueError for a format of a newer program."""
     d = upgrade(document)
-    frame = d["frame"]
+    frame, rooms = d["frame"], d["rooms"]
+    polygons = iter(_polygons([one["polygon"] for kind in ("rooms", "clutter", "meta_occupancy") for one in d[kind]]))
+    anchors = iter(_polygons([room["anchor"] for room in rooms if room["anchor"] is not None]))
     return SemanticMap(
         frame=GridFrame(frame["resolution"], frame["width"], frame["height"], Pose(*frame["origin"])),
-        rooms=tuple(_room(r) for r in d["rooms"]),
+        rooms=tuple(
+            Room(**r | {"polygon": next(polygons), "anchor": None if r["anchor"] is None else next(anchors)})
+            for r in rooms
+        ),
         dividers=tuple(
             Divider(v["id"], _segment(v["line"]), v["kind"], v["made_by"], tuple(v["rooms"]), v["shut"])
             for v in d["dividers"]
         ),
         walls=tuple(Wall(w["id"], _points(w["line"]), w["kind"]) for w in d["walls"]),
-        clutter=tuple(Clutter(c["id"], _polygon(c["polygon"])) for c in d["clutter"]),
+        clutter=tuple(Clutter(c["id"], next(polygons)) for c in d["clutter"]),
         restrictions=tuple(
             Restriction(r["id"], r["kind"], _points(r["shape"]), r["placed"]) for r in d["restrictions"]
         ),
         meta=MapMeta(
-            tuple(MetaOccupancy(**o | {"polygon": _polygon(o["polygon"])}) for o in d["meta_occupancy"]),
+            tuple(MetaOccupancy(**o | {"polygon": next(polygons)}) for o in d["meta_occupancy"]),
             tuple(
                 MetaDivider(v["id"], _segment(v["line"]), tuple(v["rooms"]), v["since"], v["contradicted"])
                 for v in d["meta_dividers"]
@@ -176,16 +181,17 @@ def rings(polygon: Polygon) -> Rings:
     return [shapely.get_coordinates(ring).tolist() for ring in (polygon.exterior, *polygon.interiors)]
 
 
-def _room(document: Json) -> Room:
-    polygon, anchor = document["polygon"], document["anchor"]
-    return Room(**document | {"polygon": _polygon(polygon), "anchor": None if anchor is None else _polygon(anchor)})
-
-
-def _polygon(coordinates: Rings) -> Polygon:
-    if len(coordinates) == 1 and coordinates[0]:
-        made: Polygon = shapely.polygons(np.asarray(coordinates[0], np.float64))
-        return made
-    return Polygon(coordinates[0], coordinates[1:])
+def _polygons(many: Sequence[Rings]) -> list[Polygon]:
+    """All at once, several times as fast as one by one."""
+    rings = [ring for polygon in many for ring in polygon]
+    if not all(rings):  # of a polygon that is empty
+        return [Polygon(shell, holes) for shell, *holes in many]
+    points = np.array([point for ring in rings for point in ring], np.float64).reshape(-1, 2)
+    lines = shapely.linearrings(points, indices=np.repeat(np.arange(len(rings)), [len(ring) for ring in rings]))
+    made: list[Polygon] = shapely.polygons(
+        lines, indices=np.repeat(np.arange(len(many)), [len(polygon) for polygon in many])
+    ).tolist()
+    return made
 
 
 def _shape(shape: Polygon | LineString) -> Rings | list[list[float]]:
@@ -195,7 +201,7 @@ def _shape(shape: Polygon | LineString) -> Rings | list[list[float]]:
 
 def _geometry(coordinates: Any) -> Polygon | LineString:
     is_line = isinstance(coordinates[0][0], float | int)
-    return LineString(coordinates) if is_line else _polygon(coordinates)
+    return LineString(coordinates) if is_line else Polygon(coordinates[0], coordinates[1:])
 
 
 def _line(line: tuple[Point, ...]) -> list[list[float]]:
@@ -203,7 +209,7 @@ def _line(line: tuple[Point, ...]) -> list[list[float]]:
 
 
 def _points(line: list[list[float]]) -> tuple[Point, ...]:
-    return tuple((x, y) for x, y in line)
+    return tuple([(x, y) for x, y in line])
 
 
 def _segment(line: list[list[float]]) -> tuple[Point, Point]:
