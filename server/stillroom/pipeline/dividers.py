@@ -9,7 +9,7 @@ import numpy.typing as npt
 import shapely
 from shapely import MultiPolygon
 
-from stillroom.maps.geometry import GRID_M, Line, Points, as_line, as_points, line_strings
+from stillroom.maps.geometry import GRID_M, Line, Points, as_line, as_points
 
 Numbers = npt.NDArray[np.float64]
 
@@ -52,8 +52,9 @@ class Outline:
 
     def barriers(self, others: Sequence[Line]) -> "Barriers":
         """What dividers end on: the outline and other dividers."""
-        drawn = shapely.multilinestrings(np.concatenate([self._rings, line_strings(others)]))
-        return Barriers(drawn, np.concatenate([self._edges, np.array(others, np.float64).reshape(-1, 2, 2)]))
+        edges = np.array(others, np.float64).reshape(-1, 2, 2)
+        drawn = shapely.multilinestrings(np.concatenate([self._rings, shapely.linestrings(edges)]))
+        return Barriers(drawn, np.concatenate([self._edges, edges]))
 
     @cached_property
     def boundary(self) -> shapely.Geometry:

@@ -43,11 +43,9 @@ def enclosed(ring: Corners) -> float:
 
 def _corners(mask: Mask) -> tuple[Corners, npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
     """Every corner, the quadrant of its odd cell, and whether the border leaves it horizontally. Where parts touch over a corner there are two."""
-    cells = np.pad(mask, 1).view(np.uint8)
+    cells = cv2.copyMakeBorder(mask.view(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
     # a bit for each of the four cells around each point, in the order of QUADRANTS
-    around = np.asarray(
-        cv2.filter2D(cells, cv2.CV_8U, BITS, anchor=(0, 0), borderType=cv2.BORDER_CONSTANT)[:-1, :-1], np.uint8
-    )
+    around = np.asarray(cv2.filter2D(cells, cv2.CV_8U, BITS, anchor=(0, 0), borderType=cv2.BORDER_CONSTANT), np.uint8)
     points = np.flatnonzero(cv2.LUT(around, TURNS).view(np.bool_))
     kinds = around.ravel()[points]
     rows, columns = np.divmod(points, around.shape[1])
