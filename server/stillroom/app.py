@@ -34,7 +34,7 @@ from stillroom.api import (
     webhooks,
 )
 from stillroom.api.body_limit import BodyLimit
-from stillroom.api.context import Parts, sound_query
+from stillroom.api.context import Parts
 from stillroom.api.intake import IntakeGate
 from stillroom.api.protection import FairShare, SecurityHeaders
 from stillroom.api.request_log import RequestLog
@@ -77,7 +77,7 @@ def _routes() -> APIRouter:
     routes = APIRouter()
     for part in PARTS:
         noted = [Depends(privacy.noted)] if part in NOTED else []
-        routes.include_router(part.router, dependencies=[Depends(sound_query), *noted])
+        routes.include_router(part.router, dependencies=noted)
     return routes
 
 

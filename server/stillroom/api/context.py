@@ -66,7 +66,7 @@ class Parts:
         return Means(self.database, self.grids, self.resolvers)
 
 
-def _parts(request: Request) -> Parts:
+def parts_of(request: Request) -> Parts:
     found: Parts = request.app.state.parts
     return found
 
@@ -74,7 +74,7 @@ def _parts(request: Request) -> Parts:
 async def parts(request: Request) -> Parts:
     # Dependencies that wait for nothing are async: each of the others takes a thread. None has others of its own that it can do
     # without: those are looked up again for each that has them.
-    return _parts(request)
+    return parts_of(request)
 
 
 Service = Annotated[Parts, Depends(parts)]
@@ -82,7 +82,17 @@ Service = Annotated[Parts, Depends(parts)]
 
 def caller(request: Request) -> Principal:
     """Who calls. Raises Unauthenticated, or Forbidden for a request that another site made a browser send."""
-    service = _parts(request)
+    who = request.state.caller = _caller(request, parts_of(request))
+    return who
+
+
+def caller_of(request: Request) -> Principal | None:
+    """Who was found to call, by now."""
+    found: Principal | None = getattr(request.state, "caller", None)
+    return found
+
+
+def _caller(request: Request, service: Parts) -> Principal:
     scheme, _, token = request.headers.get("Authorization", "").partition(" ")
     if scheme:
         if scheme.lower() != "bearer" or not token.strip():
@@ -152,19 +162,13 @@ def allowed(action: Action) -> Callable[..., Awaitable[None]]:
     """A dependency that lets only those pass who may do `action` to the robot that the path names."""
 
     async def check(request: Request, who: Caller, robot_id: RobotId) -> None:
-        database = _parts(request).database
+        database = parts_of(request).database
         if isinstance(who, Robot):  # its token says all
             access.authorise(database, who, action, robot_id)
         else:
             await run_in_threadpool(access.authorise, database, who, action, robot_id)
 
     return check
-
-
-async def sound_query(request: Request) -> None:
-    """Raises InvalidInput for what no text of a database can be."""
-    if b"%00" in request.scope["query_string"]:
-        raise InvalidInput("A query can't hold a NUL.", (Fault("", "%00"),))
 
 
 def may(action: Action) -> Callable[..., Awaitable[None]]:

@@ -18,6 +18,7 @@ from stillroom.api.context import (
     etag,
     is_known,
     page,
+    parts_of,
     plain_document,
     png,
 )
@@ -30,13 +31,14 @@ _READ = [Depends(allowed("read"))]
 
 
 @router.get("", response_model=api.MapDocument, dependencies=_READ)
-def show_map(request: Request, service: Service, robot: RobotId, map_name: MapName) -> Response:
+def show_map(request: Request, robot: RobotId, map_name: MapName) -> Response:
     """The version in force."""
+    database = parts_of(request).database
     if "If-None-Match" in request.headers:
-        _, number = maps.version_in_force(service.database, robot, map_name)
+        _, number = maps.version_in_force(database, robot, map_name)
         if is_known(request, etag(number)["ETag"]):
             return Response(status_code=304, headers=etag(number))
-    found = maps.show_map(service.database, robot, map_name)
+    found = maps.show_map(database, robot, map_name)
     return plain_document(found, etag(found["version"]))
 
 

@@ -24,6 +24,7 @@ from stillroom.api.context import (
     allowed,
     document,
     page,
+    parts_of,
     png,
 )
 from stillroom.api.multipart import Part, read_parts
@@ -76,8 +77,9 @@ _UPLOAD: dict[str, Any] = {
     openapi_extra=_UPLOAD,
     dependencies=[Depends(allowed("upload"))],
 )
-async def upload(request: Request, service: Service, robot: RobotId, map_name: MapName, key: MissionId) -> Response:
+async def upload(request: Request, robot: RobotId, map_name: MapName, key: MissionId) -> Response:
     """Stores a mission durably and queues it."""
+    service = parts_of(request)
     wait_s = wait_preference(request.headers.getlist("Prefer"))
     headers = {"Location": request.url.path}
     with service.signals.watch(NONE_YET) as watch:

@@ -22,9 +22,11 @@ from stillroom.api.context import (
     RobotId,
     Service,
     allowed,
+    caller_of,
     document,
     may,
     page,
+    parts_of,
     source_of,
 )
 from stillroom.documents.api import Page
@@ -60,14 +62,14 @@ class Turns:
 READING, WRITING = Turns(2), Turns(8)
 
 
-async def noted(request: Request, who: Caller) -> AsyncIterator[None]:
+async def noted(request: Request) -> AsyncIterator[None]:
     """People's requests about a robot stand in its log, once they were allowed and answered."""
     yield
-    robot = request.path_params.get("robot")
+    who, robot = caller_of(request), request.path_params.get("robot")
     if isinstance(who, Person) and robot is not None:
         did = "look" if request.method in SAFE_METHODS else "change"
         log: Log = request.app.state.log
-        database = request.app.state.parts.database
+        database = parts_of(request).database
         await run_in_threadpool(log.note, database, who, robot, did, _what(request), source_of(request))
 
 

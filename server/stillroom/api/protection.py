@@ -7,7 +7,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from stillroom.api.problems import problem_of
-from stillroom.errors import TooMany, Unavailable
+from stillroom.errors import Fault, InvalidInput, StillroomError, TooMany, Unavailable
 
 CONTENT_SECURITY_POLICY = "; ".join(
     (
@@ -68,7 +68,8 @@ class SecurityHeaders:
 
 
 class FairShare:
-    """Refuses what one caller asks beyond its share, with 429, so that nobody else waits for it; and with 503 what is too much at all.
+    """Refuses what one caller asks beyond its share, with 429, so that nobody else waits for it; with 503 what is too much at all; and
+    with 422 a query that no text of a database can be.
 
     A caller is who sends a credential, right or wrong, else the address that asks.
     """
@@ -84,11 +85,13 @@ class FairShare:
             return
         caller = _caller(scope)
         if self._all >= self._most_of_all:
-            refusal: Unavailable | None = Unavailable("The service has too much to do at the moment.", _AGAIN_S)
+            refusal: StillroomError | None = Unavailable("The service has too much to do at the moment.", _AGAIN_S)
         elif self._asking[caller] >= self._most_of_one:
             refusal = TooMany(
                 f"{self._most_of_one} requests of this caller are being answered; wait for them.", _AGAIN_S
             )
+        elif b"%00" in scope["query_string"]:
+            refusal = InvalidInput("A query can't hold a NUL.", (Fault("", "%00"),))
         else:
             refusal = None
         if refusal is not None:
