@@ -7,9 +7,10 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+import sqlalchemy as sa
 
 from stillroom.api.missions import wait_preference
-from stillroom.store import missions
+from stillroom.store import missions, tables
 from tests.conftest import RobotCaller, Service, features
 from tests.homes import home, pixels, png
 
@@ -53,6 +54,15 @@ def test_the_same_upload_again_is_the_same_mission(mapped: RobotCaller) -> None:
     assert again.status_code == 200
     assert again.json() == mapped.get(f"{mapped.path()}/missions/0").json()
     assert len(mapped.get(f"{mapped.path()}/versions").json()["items"]) == 1
+
+
+def test_the_same_upload_again_is_the_same_mission_whatever_program_took_the_first_one(
+    service: Service, mapped: RobotCaller
+) -> None:
+    with service.database.write() as tx:
+        tx.execute(sa.update(tables.mission).values(meta_digest="as another program makes it"))
+    assert mapped.upload("0").status_code == 200
+    assert mapped.upload("0", firmware="another").status_code == 409
 
 
 def test_the_same_upload_five_times_at_once_is_one_mission_and_one_version(robot: RobotCaller) -> None:

@@ -10,6 +10,7 @@ from itertools import islice
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, FailFast, Field, ValidationError
+from pydantic_core import to_json
 
 from stillroom.documents.images import Mode, Reading
 from stillroom.documents.json_text import load_json
@@ -102,8 +103,12 @@ class MissionMeta(BaseModel):
 
     def digest(self) -> str:
         """Equal for equal parsed meta, however it was written down."""
-        canonical = json.dumps(_plain_numbers(self.model_dump(mode="json")), sort_keys=True, separators=(",", ":"))
-        return sha256(canonical.encode()).hexdigest()
+        known = self.model_dump(mode="json", include=set(MissionMeta.model_fields))
+        tracking = known["tracking"]
+        for kind in ("rooms", "dividers"):  # numbers have their type by now, and the fields their order
+            tracking[kind] = dict(sorted(tracking[kind].items()))
+        more = json.dumps(_plain_numbers(self.model_extra), sort_keys=True)
+        return sha256(to_json(known) + more.encode()).hexdigest()
 
 
 def parse_meta(content: bytes) -> tuple[MissionMeta, dict[str, Any]]:

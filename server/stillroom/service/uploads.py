@@ -1,14 +1,15 @@
 """A robot uploads a mission: checked, stored durably, queued. Processing is elsewhere."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from stillroom.documents.grids import check_type, read_grid
-from stillroom.documents.missions import parse_meta
+from stillroom.documents.missions import parse_meta, stored_meta
 from stillroom.errors import Forbidden, MissionConflict, NotFound
 from stillroom.store import maps, missions, receiving
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
+from stillroom.store.rows import MissionRow
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,12 @@ def _received_before(tx: Transaction, new: missions.NewMission, robot_id: str) -
     there = missions.by_key(tx, new.map_id, new.key)
     if there is None:
         raise Forbidden(f"{robot_id} was given up meanwhile.")
-    if (there.grid or new.grid, there.meta_digest) != (new.grid, new.meta_digest):
+    if (there.grid or new.grid) != new.grid or new.meta_digest not in _digests(there):
         raise MissionConflict(f"Mission {new.key} was uploaded before with another grid or other meta.")
     return Received(new.map_id, there.id, made=False)
+
+
+def _digests(of: MissionRow) -> Iterator[str]:
+    """As it was stored, perhaps by a program from before this one, and as it is made now."""
+    yield of.meta_digest
+    yield stored_meta(of.meta).digest()
