@@ -19,6 +19,8 @@ from tests.ports import free_ports
 
 BUCKET = "stillroom"
 ENVIRONMENT = {"AWS_ACCESS_KEY_ID": "tests", "AWS_SECRET_ACCESS_KEY": "secret-of-the-tests"}
+ONE_THREAD = {"GOMAXPROCS": "1"}
+"""It is one of many processes on few cores: more threads would spend a quarter of its time on looking for work."""
 START_S = 60.0
 _PORTS = (
     "master.port",
@@ -62,7 +64,9 @@ class ObjectStore:
             known.write_text(json.dumps(dict(zip(_PORTS, free_ports(len(_PORTS)), strict=True))))
         with log.open("a") as output:
             streams = [(os.POSIX_SPAWN_DUP2, output.fileno(), stream) for stream in (1, 2)]
-            pid = os.posix_spawn(program(), list(self._command(data)), os.environ, file_actions=streams, setsid=True)
+            pid = os.posix_spawn(
+                program(), list(self._command(data)), os.environ | ONE_THREAD, file_actions=streams, setsid=True
+            )
         self._pid_file.write_text(str(pid))
         until = time.monotonic() + START_S
         while not self._takes_objects():
