@@ -122,5 +122,5 @@ def look_up(values: npt.NDArray[Value], coordinates: Points, outside: float) -> 
     height, width = values.shape
     column, row = (np.floor(coordinates[..., k]).astype(np.int64) for k in (0, 1))
     inside = (column >= 0) & (row >= 0) & (column < width) & (row < height)
-    found = values[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
+    found = values.ravel().take(row * width + column, mode="clip")
     return np.where(inside, found, values.dtype.type(outside))

@@ -51,7 +51,7 @@ class Motion:
             # equal points must stay equal, or rings would not close
             others, _, where_again = distinct(points[~known])
             nearness = _nearness(others, self.source, BLEND_M)
-            moved[~known] = _fitted(others, self.source, self.target, nearness)[where_again]
+            moved[~known] = _fitted(others, self.source, self.target, nearness, np.ones(len(self.source)))[where_again]
         return moved
 
     def consensus(self, points: Points, reach_m: float, outlier_m: float) -> Points:
@@ -63,9 +63,9 @@ class Motion:
         trust = np.ones(len(self.source))
         nearness = _nearness(self.source, self.source, reach_m)
         for _ in range(CONSENSUS_ROUNDS):
-            expected = _fitted(self.source, self.source, self.target, nearness * trust)
+            expected = _fitted(self.source, self.source, self.target, nearness, trust)
             trust = 1.0 / (1.0 + ((self.target - expected) ** 2).sum(1) / outlier_m**2) ** 2
-        return _fitted(points, self.source, self.target, _nearness(points, self.source, reach_m) * trust)
+        return _fitted(points, self.source, self.target, _nearness(points, self.source, reach_m), trust)
 
     def inverse(self) -> "Motion":
         return Motion(self.target, self.source)
@@ -97,14 +97,22 @@ def _nearness(points: Points, source: Points, reach_m: float) -> npt.NDArray[np.
     return np.asarray(np.divide(1.0, across, out=across))
 
 
-def _fitted(points: Points, source: Points, target: Points, weights: npt.NDArray[np.float64]) -> Points:
-    """Rigid moving least squares; complex numbers stand for plane vectors. `weights`: (points, control points)."""
+def _fitted(
+    points: Points,
+    source: Points,
+    target: Points,
+    nearness: npt.NDArray[np.float64],
+    trust: npt.NDArray[np.float64],
+) -> Points:
+    """Rigid moving least squares; complex numbers stand for plane vectors. `nearness`: (points, control points); `trust`: (control points,)."""
     middle = source.mean(0)
     p, q, v = (a[:, 0] + 1j * a[:, 1] for a in (source - middle, target - middle, points - middle))
-    w = weights / weights.sum(1, keepdims=True)
-    p_mean, q_mean = w @ p, w @ q
+    # all weighted sums in one product of real numbers
+    terms = trust[:, None] * np.stack([p, q, np.conj(p) * q, np.ones(len(p))], 1)
+    p_mean, q_mean, turn, weight = (nearness @ terms.view(np.float64)).view(np.complex128).T
+    p_mean, q_mean, turn = p_mean / weight.real, q_mean / weight.real, turn / weight.real
     # sum of w conj(p - p_mean) (q - q_mean), multiplied out so that no array of all pairs is made
-    turn = w @ (np.conj(p) * q) - np.conj(p_mean) * q_mean
+    turn = turn - np.conj(p_mean) * q_mean
     size = np.abs(turn)
     turn = np.where(size > 1e-12, turn / np.where(size > 1e-12, size, 1.0), 1.0)
     moved = (v - p_mean) * turn + q_mean

@@ -151,9 +151,10 @@ def _offsets(samples: WallSamples, faces: Faces, reach_m: float) -> tuple[Number
     most = max(1, round(reach_m / frame.resolution))
     steps = np.arange(-most, most + 1)
     steps = steps[np.argsort(np.abs(steps), kind="stable")]
-    column = np.floor(x[:, None] + nx[:, None] * steps).clip(-1, frame.width).astype(np.int64)
-    row = np.floor(y[:, None] + ny[:, None] * steps).clip(-1, frame.height).astype(np.int64)
-    found = faces.sides[side[:, None], row + 1, column + 1]
+    column = np.floor(x[:, None] + nx[:, None] * steps).clip(-1, frame.width).astype(np.int32)
+    row = np.floor(y[:, None] + ny[:, None] * steps).clip(-1, frame.height).astype(np.int32)
+    rows, columns = faces.explored.shape[0] + 2, faces.explored.shape[1] + 2
+    found = faces.sides.ravel().take((side[:, None] * rows + row + 1) * columns + column + 1)
     best = found.argmax(1)
     pick = np.arange(len(best))
     kind = found[pick, best]

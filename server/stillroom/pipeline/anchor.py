@@ -16,8 +16,8 @@ from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Room
 from stillroom.pipeline.params import Params
 
-STEP_M = 0.20
-ROUNDS = 8
+STEP_M = 0.40
+ROUNDS = 6
 BETTER = 0.03
 SCALE_M = 0.20
 TIGHT_M = 0.02

@@ -18,7 +18,7 @@ from stillroom.pipeline.obstacles import corrected
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.phantoms import without_phantoms
 from stillroom.pipeline.resolution import ADJOINS_M
-from stillroom.pipeline.rooms import floor_of, overlaps, rooms_beside
+from stillroom.pipeline.rooms import floor_of, rooms_beside
 from stillroom.pipeline.transfer import transfer_semantics
 from stillroom.pipeline.walls import wall_features
 
@@ -121,18 +121,6 @@ def annotated(m: SemanticMap, lines: Sequence[Line], motion: Motion) -> Semantic
         for name, line in zip(names, lines, strict=True)
     )
     return replace(m, dividers=(*m.dividers, *drawn), ids=ids)
-
-
-def ended(before: SemanticMap, after: SemanticMap, motion: Motion) -> dict[str, str | None]:
-    """Rooms of `before` that `after` does not have -> the room that has their space there, if any."""
-    living = {room.id for room in after.rooms}
-    gone = [room for room in before.rooms if room.id not in living]
-    polygons = [shapely.transform(room.polygon, lambda p: motion.apply(as_points(p))) for room in gone]
-    common = overlaps([shapely.make_valid(p) for p in polygons], [room.polygon for room in after.rooms])
-    return {
-        room.id: after.rooms[int(row.argmax())].id if row.any() else None
-        for room, row in zip(gone, common, strict=True)
-    }
 
 
 def grid_under(m: SemanticMap, grid: OccupancyGrid) -> OccupancyGrid:

@@ -11,7 +11,7 @@ from stillroom.pipeline.update import MapUpdate
 def hold_back(previous: SemanticMap, mission_id: str, update: MapUpdate, ask_first: bool, pinned: bool) -> MapUpdate:
     """The update, or where a person is to agree first: the previous map, and the update as a proposal.
 
-    `ask_first`: an update that needed the meta layer or found new rooms waits. `pinned`: so does any about which there is a
+    `ask_first`: an update that needed the meta layer, found new rooms or ended one waits. `pinned`: so does any about which there is a
     conflict; where single rooms are pinned, any about which one of them has a conflict.
     """
     if not update.taken or not _asks(previous, update, ask_first, pinned):
@@ -31,11 +31,12 @@ def hold_back(previous: SemanticMap, mission_id: str, update: MapUpdate, ask_fir
 
 
 def _asks(previous: SemanticMap, update: MapUpdate, ask_first: bool, pinned: bool) -> bool:
+    changes = bool(update.discovered or update.retired or update.outcome == "resolved")
     if pinned:
-        return bool(update.conflicts or update.discovered or update.outcome == "resolved")
+        return changes or bool(update.conflicts)
     kept = {room.id for room in previous.rooms if room.pinned}
     touched = {room.id for conflict in update.conflicts for room in conflict.rooms}
-    return bool(kept & touched) or (ask_first and bool(update.discovered or update.outcome == "resolved"))
+    return bool(kept & touched) or (ask_first and changes)
 
 
 def _held(conflict: Conflict, previous: SemanticMap, update: MapUpdate) -> Conflict:

@@ -123,7 +123,7 @@ def transfer_semantics(
     lines = [d.line for d in dividers] + [d.line for d in meta.dividers]
     pieces = partition(floor, lines, params.face_area_m2)
     visited = _visited(tracked, sensed)
-    rooms, fresh, ids = _identify(tracked, pieces, visited, mission_id, ids, params)
+    rooms, fresh, ids = _identify(tracked, pieces, sensed, visited, mission_id, ids, params)
     beside = [tuple(rooms[i].id for i in sides) for sides in rooms_beside(lines, [room.polygon for room in rooms])]
     (version,), ids = ids.take("v")
     candidate = replace(
@@ -265,22 +265,32 @@ def _resting(dividers: Sequence[Divider]) -> dict[str, list[str]]:
 
 
 def _visited(tracked: SemanticMap, grid: OccupancyGrid) -> frozenset[str]:
-    """Rooms that are explored for the most part."""
+    seen = _explored([room.polygon for room in tracked.rooms], grid)
+    return frozenset(room.id for room, is_seen in zip(tracked.rooms, seen, strict=True) if is_seen)
+
+
+def _explored(polygons: Sequence[Polygon], grid: OccupancyGrid) -> list[bool]:
+    """Which of the polygons are explored for the most part."""
     numbers = np.zeros(grid.cells.shape, np.uint16)
-    for number, room in enumerate(tracked.rooms, 1):
-        cv2.fillPoly(
-            numbers, [drawn(shapely.get_coordinates(room.polygon.exterior), grid.frame)], number, shift=SUBPIXEL
-        )
-    seen = np.bincount(numbers[~grid.unexplored], minlength=len(tracked.rooms) + 1) * grid.frame.resolution**2
-    return frozenset(
-        room.id for number, room in enumerate(tracked.rooms, 1) if seen[number] >= SEEN_SHARE * room.polygon.area
-    )
+    for number, polygon in enumerate(polygons, 1):
+        cv2.fillPoly(numbers, [drawn(shapely.get_coordinates(polygon.exterior), grid.frame)], number, shift=SUBPIXEL)
+    seen = np.bincount(numbers[~grid.unexplored], minlength=len(polygons) + 1)[1:] * grid.frame.resolution**2
+    return [bool(area >= SEEN_SHARE * polygon.area) for area, polygon in zip(seen, polygons, strict=True)]
 
 
 def _identify(
-    tracked: SemanticMap, pieces: Sequence[Polygon], visited: frozenset[str], mission_id: str, ids: Ids, params: Params
+    tracked: SemanticMap,
+    pieces: Sequence[Polygon],
+    sensed: OccupancyGrid,
+    visited: frozenset[str],
+    mission_id: str,
+    ids: Ids,
+    params: Params,
 ) -> tuple[tuple[Room, ...], tuple[str, ...], Ids]:
-    """Gives each piece of floor to the room it was: by overlap, the largest piece to its room. What is left is a new room, or joins a neighbour."""
+    """Gives each piece of floor to the room it was: by overlap, the largest piece to its room. What is left is a new room, or joins a neighbour.
+
+    What the robot did not see, as below a bed that was pushed into a corner, is no new room.
+    """
     common = overlaps([room.polygon for room in tracked.rooms], pieces)
     shapes: dict[str, Polygon] = {}
     taken: set[int] = set()
@@ -293,6 +303,7 @@ def _identify(
             taken.add(best)
     rest = [j for j in range(len(pieces)) if j not in taken]
     large = [j for j in rest if pieces[j].area >= params.room_area_m2]
+    large = [j for j, is_seen in zip(large, _explored([pieces[j] for j in large], sensed), strict=True) if is_seen]
     fresh, ids = new_rooms([pieces[j] for j in large], mission_id, ids)
     names = [*shapes, *(room.id for room in fresh)]
     shapes.update((room.id, room.polygon) for room in fresh)

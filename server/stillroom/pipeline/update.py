@@ -21,6 +21,7 @@ from stillroom.pipeline.corrections import name_corrections, restore_dividers
 from stillroom.pipeline.declined import carry_declined, permitted
 from stillroom.pipeline.discovery import Discovery, discover
 from stillroom.pipeline.doors import remember_doors
+from stillroom.pipeline.ending import ended, withered, without
 from stillroom.pipeline.params import PARAMS, Params
 from stillroom.pipeline.plausibility import Plausibility, plausibility
 from stillroom.pipeline.registration import Registration, register
@@ -68,8 +69,8 @@ class MapUpdate:
     rooms: tuple[RoomScore, ...] = ()
     conflicts: tuple[Conflict, ...] = ()
     discovered: tuple[str, ...] = ()
-    retired: Mapping[str, str] = field(default_factory=dict)
-    """Ids of rooms that ended -> the room that has their space now."""
+    retired: Mapping[str, str | None] = field(default_factory=dict)
+    """Ids of rooms that ended -> the room that has their space now, if any."""
     motion: Motion | None = None
     """From the previous map's frame to the mission's, as used (None where none could be found)."""
     candidate: SemanticMap | None = None
@@ -155,7 +156,25 @@ def update_map(
         broken = violations(best.transfer.candidate, best.transfer.grid, params.wall_reach_m)
     with stage("conflicts"):
         conflicts = detect_conflicts(previous, whole(first), best, mission.id, is_valid(best, broken), params)
-    return decide(previous, motion, best, _ablation(first, attempts), broken, conflicts)
+    update = decide(previous, motion, best, _ablation(first, attempts), broken, conflicts)
+    if not (gone := withered(previous, best.failed, params)):
+        return update
+    smaller = without(previous, gone)
+    again = update_map(smaller, mission, params, stage, trust_registration, resolvers, annotations)
+    return _with_ended(previous, again) if again.taken else update
+
+
+def _with_ended(previous: SemanticMap, update: MapUpdate) -> MapUpdate:
+    """The update of a map without rooms that withered, which says so."""
+    assert update.motion is not None  # it was taken
+    retired = {**ended(previous, update.map, update.motion), **update.retired}
+    names = {room.id: room.name for room in (*previous.rooms, *update.map.rooms)}
+    lines = [
+        f"{names[room]} had become less than a room and was not found again."
+        + (f" Its floor belongs to {names[survivor]}." if survivor else "")
+        for room, survivor in retired.items()
+    ]
+    return replace(update, retired=retired, warnings=(*lines, *update.warnings))
 
 
 def _with_candidate(attempt: Attempt, candidate: SemanticMap) -> Attempt:

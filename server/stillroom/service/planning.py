@@ -13,7 +13,8 @@ from stillroom.errors import Fault, InvalidInput, ProposalOutdated
 from stillroom.maps.grid import OccupancyGrid
 from stillroom.maps.motion import IDENTITY, Motion
 from stillroom.maps.semantics import SemanticMap
-from stillroom.pipeline.decisions import annotated, confirm, corrections_of, ended, joined, make_doors, own, refuse
+from stillroom.pipeline.decisions import annotated, confirm, corrections_of, joined, make_doors, own, refuse
+from stillroom.pipeline.ending import ended
 from stillroom.pipeline.questions import is_discovery, is_door, neighbour_of
 from stillroom.pipeline.update import MapUpdate, ResolverName
 from stillroom.service import sightings
