@@ -1,7 +1,8 @@
 """How well each previous room was carried over: precision and recall (paper, section IV)."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import shapely
 from shapely import LineString
@@ -10,6 +11,7 @@ from stillroom.maps.geometry import polygons_in
 from stillroom.maps.semantics import Room, SemanticMap
 from stillroom.pipeline.params import Params
 
+NOTHING: Mapping[str, float] = MappingProxyType({})
 EDGE_M = 0.05
 FRONTIER_M = 0.5
 """So much of the border to unexplored space must lie along new floor."""
@@ -31,16 +33,21 @@ class RoomScore:
 
 
 def score_rooms(
-    tracked: SemanticMap, candidate: SemanticMap, visited: Collection[str], params: Params
+    tracked: SemanticMap,
+    candidate: SemanticMap,
+    visited: Collection[str],
+    params: Params,
+    common: Mapping[str, float] = NOTHING,
 ) -> tuple[RoomScore, ...]:
     """One score for each previous room; `tracked` holds them where tracking and alignment put them in the candidate's frame.
 
-    Exactly `params.room_overlap` fails. A room that this mission did not visit has to keep its shape as well.
+    Exactly `params.room_overlap` fails. A room that this mission did not visit has to keep its shape as well. `common`: overlaps C that
+    are known already, by room, square metres.
     """
     scores = []
     for room in tracked.rooms:
         now = candidate.room(room.id)
-        overlap = 0.0 if now is None else shapely.intersection(room.polygon, now.polygon).area
+        overlap = 0.0 if now is None else common.get(room.id) or shapely.intersection(room.polygon, now.polygon).area
         precision = 0.0 if now is None else overlap / now.polygon.area
         if now is not None and precision <= params.room_overlap:
             precision = overlap / (now.polygon.area - explored_m2(room, now, tracked))

@@ -3,7 +3,7 @@
 Step 1, tracking, is the `Motion`; here are steps 2 to 6. Shapes come from the new grid's walls every time, so that no error adds up.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 
@@ -51,6 +51,8 @@ class Transfer:
     shut_dividers: tuple[str, ...]
     new_rooms: tuple[str, ...]
     visited: frozenset[str]
+    common: Mapping[str, float]
+    """Square metres that each previous room and the room that it is now have in common."""
 
 
 def track(previous: SemanticMap, motion: Motion, frame: GridFrame) -> SemanticMap:
@@ -123,7 +125,7 @@ def transfer_semantics(
     lines = [d.line for d in dividers] + [d.line for d in meta.dividers]
     pieces = partition(floor, lines, params.face_area_m2)
     visited = _visited(tracked, sensed)
-    rooms, fresh, ids = _identify(tracked, pieces, sensed, visited, mission_id, ids, params)
+    rooms, fresh, ids, common = _identify(tracked, pieces, sensed, visited, mission_id, ids, params)
     beside = [tuple(rooms[i].id for i in sides) for sides in rooms_beside(lines, [room.polygon for room in rooms])]
     (version,), ids = ids.take("v")
     candidate = replace(
@@ -147,7 +149,7 @@ def transfer_semantics(
         ids=ids,
     )
     lost = tuple(d for d in lost if d not in fresh_ids)
-    return Transfer(tracked, candidate, grid, before, obstacles, floor, lost, shut, fresh, visited)
+    return Transfer(tracked, candidate, grid, before, obstacles, floor, lost, shut, fresh, visited, common)
 
 
 def _worth(
@@ -286,13 +288,15 @@ def _identify(
     mission_id: str,
     ids: Ids,
     params: Params,
-) -> tuple[tuple[Room, ...], tuple[str, ...], Ids]:
+) -> tuple[tuple[Room, ...], tuple[str, ...], Ids, Mapping[str, float]]:
     """Gives each piece of floor to the room it was: by overlap, the largest piece to its room. What is left is a new room, or joins a neighbour.
 
-    What the robot did not see, as below a bed that was pushed into a corner, is no new room.
+    What the robot did not see, as below a bed that was pushed into a corner, is no new room. Last comes what previous rooms have in common
+    with themselves, square metres.
     """
     common = overlaps([room.polygon for room in tracked.rooms], pieces)
     shapes: dict[str, Polygon] = {}
+    same: dict[str, float] = {}
     taken: set[int] = set()
     owner = common.argmax(0) if len(tracked.rooms) else np.zeros(len(pieces), int)
     for i, room in enumerate(tracked.rooms):
@@ -300,6 +304,7 @@ def _identify(
         if mine:
             best = max(mine, key=lambda j: common[i, j])
             shapes[room.id] = pieces[best]
+            same[room.id] = float(common[i, best])
             taken.add(best)
     rest = [j for j in range(len(pieces)) if j not in taken]
     large = [j for j in rest if pieces[j].area >= params.room_area_m2]
@@ -308,7 +313,13 @@ def _identify(
     names = [*shapes, *(room.id for room in fresh)]
     shapes.update((room.id, room.polygon) for room in fresh)
     joined = absorb([shapes[name] for name in names], [pieces[j] for j in rest if j not in large])
-    shapes.update(zip(names, joined, strict=True))
+    grown = {name: shape for name, shape in zip(names, joined, strict=True) if shape is not shapes[name]}
+    shapes.update(grown)
+    same.update(
+        (room.id, float(shapely.intersection(room.polygon, grown[room.id]).area))
+        for room in tracked.rooms
+        if room.id in grown
+    )
     kept = tuple(
         replace(room, polygon=shapes[room.id], last_visited=mission_id if room.id in visited else room.last_visited)
         for room in tracked.rooms
@@ -319,4 +330,4 @@ def _identify(
         replace(room, polygon=shapes[room.id], anchor=shapes[room.id], derived_from=parent)
         for room, parent in zip(fresh, parents, strict=True)
     )
-    return kept + fresh, tuple(room.id for room in fresh), ids
+    return kept + fresh, tuple(room.id for room in fresh), ids, same

@@ -132,7 +132,8 @@ def update_map(
     def carried(meta: MapMeta, discovered: Sequence[Divider] = ()) -> Attempt:
         drawn_in = (*owners, *discovered)
         transfer = transfer_semantics(tracked, grid, mission.id, params, permitted(meta, declined), drawn_in)
-        return Attempt(transfer, score_rooms(tracked, transfer.candidate, transfer.visited, params), grid)
+        scores = score_rooms(tracked, transfer.candidate, transfer.visited, params, transfer.common)
+        return Attempt(transfer, scores, grid)
 
     def whole(attempt: Attempt) -> Attempt:
         """With the restrictions, and the places where a person wants no correction."""
