@@ -70,6 +70,18 @@ def test_distance_is_in_metres_between_the_centres_of_cells() -> None:
     assert distance[4, 3] == pytest.approx(0.25)
 
 
+@pytest.mark.parametrize("resolution", [0.01, 0.025, 0.04, 0.05])
+def test_cells_near_occupied_ones_are_those_within_the_distance(resolution: float) -> None:
+    cells = np.random.default_rng(1).choice([Cell.FREE, Cell.OCCUPIED], (40, 60), p=[0.99, 0.01]).astype(np.uint8)
+    grid = OccupancyGrid(GridFrame(resolution, 60, 40), cells)
+    for reach_m in (0.02, 0.1, 0.2, 0.3):
+        assert np.array_equal(grid.near_occupied(reach_m), grid.occupied_distance <= reach_m + 1e-6)
+
+
+def test_nothing_is_near_where_nothing_is_occupied() -> None:
+    assert not OccupancyGrid(GridFrame(0.05, 20, 10), np.ones((10, 20), np.uint8)).near_occupied(0.2).any()
+
+
 def test_distance_to_nothing_is_infinite() -> None:
     assert np.isinf(distance_to(np.zeros((3, 3), bool), 0.05)).all()
 

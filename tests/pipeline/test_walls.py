@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from shapely import MultiPolygon, Polygon
 
 from stillroom.maps.geometry import Pose
-from stillroom.maps.grid import Cell, GridFrame, OccupancyGrid, distance_to
+from stillroom.maps.grid import Cell, GridFrame, OccupancyGrid
 from stillroom.maps.semantics import Wall
 from stillroom.pipeline.params import PARAMS
 from stillroom.pipeline.walls import outline, seal_diagonals, separate_clutter, wall_features
@@ -173,8 +173,7 @@ def test_the_outline_of_any_floor_is_valid(seed: int, width: int, height: int, s
 
 def walls_of(grid: OccupancyGrid) -> tuple[MultiPolygon, tuple[Wall, ...]]:
     floor = floor_of(grid)
-    distance = distance_to(grid.occupied, grid.frame.resolution)
-    return floor, wall_features(floor, distance, grid.frame, "1", PARAMS)
+    return floor, wall_features(floor, grid.near_occupied(PARAMS.wall_reach_m), grid.frame, "1")
 
 
 def test_walls_run_around_the_whole_floor_with_the_floor_on_their_left() -> None:

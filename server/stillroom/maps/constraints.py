@@ -41,18 +41,18 @@ def violations(semantic_map: SemanticMap, grid: OccupancyGrid, wall_reach_m: flo
 
 
 def clutter_lies_on_occupancy(semantic_map: SemanticMap, grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:
-    gaps = _farthest([clutter.polygon for clutter in semantic_map.clutter], grid)
-    for clutter, gap in zip(semantic_map.clutter, gaps, strict=True):
-        if gap > 2 * grid.frame.resolution:
-            yield Violation("clutter lies on occupancy pixels", clutter.id, f"a corner is {gap:.2f} m away from any")
+    shapes = np.array([clutter.polygon for clutter in semantic_map.clutter], dtype=object)
+    for k, gap in _off_occupancy(shapes, grid, 2 * grid.frame.resolution):
+        detail = f"a corner is {gap:.2f} m away from any"
+        yield Violation("clutter lies on occupancy pixels", semantic_map.clutter[k].id, detail)
 
 
 def walls_lie_near_occupancy(semantic_map: SemanticMap, grid: OccupancyGrid, reach_m: float) -> Iterator[Violation]:
     walls = [wall for wall in semantic_map.walls if wall.kind == "wall"]
-    for wall, gap in zip(walls, _farthest(shapely.segmentize(_lines(walls), SAMPLE_M), grid), strict=True):
-        if gap > reach_m + 2 * grid.frame.resolution:
-            constraint = "a wall lies within the wall distance of occupied pixels"
-            yield Violation(constraint, wall.id, f"{gap:.2f} m away from any")
+    shapes = shapely.segmentize(_lines(walls), SAMPLE_M)
+    for k, gap in _off_occupancy(shapes, grid, reach_m + 2 * grid.frame.resolution):
+        constraint = "a wall lies within the wall distance of occupied pixels"
+        yield Violation(constraint, walls[k].id, f"{gap:.2f} m away from any")
 
 
 def dividers_end_on_walls_or_dividers(
@@ -129,10 +129,12 @@ def _lines(features: Sequence[Wall | Divider | MetaDivider]) -> npt.NDArray[np.o
     return line_strings([feature.line for feature in features])
 
 
-def _farthest(shapes: Sequence[shapely.Geometry] | npt.NDArray[np.object_], grid: OccupancyGrid) -> list[float]:
-    """How far from any occupied cell each shape has a corner, metres."""
+def _off_occupancy(shapes: npt.NDArray[np.object_], grid: OccupancyGrid, reach_m: float) -> Iterator[tuple[int, float]]:
+    """The shapes with a corner farther than `reach_m` from any occupied cell, by number, and how far it is, metres."""
     corners, shape = shapely.get_coordinates(shapes, return_index=True)
-    gaps = look_up(grid.occupied_distance, grid.frame.to_cells_inside(corners), np.inf)
-    farthest = np.zeros(len(shapes), gaps.dtype)
-    np.maximum.at(farthest, shape, gaps)
-    return farthest.tolist()
+    places = grid.frame.to_cells_inside(corners)
+    far = np.flatnonzero(~look_up(grid.near_occupied(reach_m), places, False))
+    if len(far):
+        gaps = look_up(grid.occupied_distance, places[far], np.inf)
+        for k in np.unique(shape[far]).tolist():
+            yield k, float(gaps[shape[far] == k].max())

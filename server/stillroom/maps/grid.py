@@ -17,6 +17,8 @@ Mask = npt.NDArray[np.bool_]
 """Shape (height, width); row 0 is the lowest y."""
 
 
+FEW = 8
+"""Cells."""
 LARGEST = 20_000_000
 """Cells of a grid, at the most."""
 
@@ -82,6 +84,16 @@ class OccupancyGrid:
     def occupied_distance(self) -> npt.NDArray[np.float32]:
         """Metres from each cell's centre to the nearest occupied cell's; infinite where there is none."""
         return distance_to(self.occupied, self.frame.resolution)
+
+    def near_occupied(self, reach_m: float) -> Mask:
+        """Cells whose centre is within `reach_m` of an occupied cell's. Where that is a few cells, much sooner than by `occupied_distance`."""
+        steps = int(reach_m / self.frame.resolution + 1e-6)
+        if steps > FEW:
+            return self.occupied_distance <= reach_m + 1e-6
+        across = np.arange(-steps, steps + 1) * self.frame.resolution
+        disc = (np.hypot(across[:, None], across) <= reach_m + 1e-9).view(np.uint8)
+        near = cv2.dilate(self.occupied.view(np.uint8), disc, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+        return np.asarray(near, np.uint8).view(np.bool_)
 
     def covering(self, points: Points) -> "OccupancyGrid":
         """The grid with as much unexplored space around it as it takes to hold `points` (n, 2) of the map frame.

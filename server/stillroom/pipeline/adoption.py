@@ -15,7 +15,7 @@ import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
 from stillroom.maps.geometry import GRID_M, Line, Points, as_line, as_points
-from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid, distance_to
+from stillroom.maps.grid import GridFrame, Mask, OccupancyGrid
 from stillroom.maps.semantics import Ids, Restriction, Room, SemanticMap
 from stillroom.pipeline.cells import cells_in, nearest_cells
 from stillroom.pipeline.creation import create_map, new_dividers
@@ -93,7 +93,7 @@ def create_map_from_segments(
         frame=grid.frame,
         rooms=rooms,
         dividers=dividers,
-        walls=wall_features(floor, distance_to(grid.occupied, grid.frame.resolution), grid.frame, version[1:], params),
+        walls=wall_features(floor, grid.near_occupied(params.wall_reach_m), grid.frame, version[1:]),
         clutter=clutter_features(obstacles.clutter, grid.frame, version[1:], params),
         ids=ids,
     )

@@ -40,8 +40,8 @@ def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = 
     floor = outline(mask, seen.frame, params, smallest_m2=params.pocket_area_m2)
     lines = propose_dividers(floor, mask, seen.frame, params)
     polygons = partition(floor, lines, params.face_area_m2)
-    distance = _occupied_distance(seen, params)
-    entered = _entered(polygons, lines, distance, seen.frame, params)
+    near_walls = seen.near_occupied(params.wall_reach_m)
+    entered = _entered(polygons, lines, near_walls, seen.frame, params)
     if len(entered) < len(polygons):
         polygons, floor = entered, shapely.orient_polygons(MultiPolygon(polygons_in(shapely.union_all(entered))))
     rooms, ids = new_rooms(polygons, mission_id, ids)
@@ -52,7 +52,7 @@ def create_map(grid: OccupancyGrid, mission_id: str, ids: Ids, params: Params = 
         frame=grid.frame,
         rooms=_with_hallways(rooms, dividers, params),
         dividers=dividers,
-        walls=wall_features(floor, distance, seen.frame, version[1:], params),
+        walls=wall_features(floor, near_walls, seen.frame, version[1:]),
         clutter=clutter_features(obstacles.clutter, seen.frame, version[1:], params),
         ids=ids,
     )
@@ -93,7 +93,7 @@ def without_specks(grid: OccupancyGrid, params: Params) -> OccupancyGrid:
 def _entered(
     polygons: Sequence[Polygon],
     lines: Sequence[Line],
-    occupied_distance: npt.NDArray[np.float32],
+    near_occupied: Mask,
     frame: GridFrame,
     params: Params,
 ) -> tuple[Polygon, ...]:
@@ -106,7 +106,7 @@ def _entered(
         return tuple(wide)
     rings = shapely.segmentize([polygon.exterior for polygon in wide], 2 * frame.resolution)
     samples, room = shapely.get_coordinates(rings, return_index=True)
-    walled = _beside_cells(occupied_distance, frame.to_cells(samples)) <= params.wall_reach_m
+    walled = _beside_cells(near_occupied, frame.to_cells(samples))
     if walled.mean() < MOSTLY_WALLED:
         return tuple(wide)
     share = np.bincount(room, walled, len(wide)) / np.bincount(room, minlength=len(wide))
@@ -120,10 +120,10 @@ def _entered(
     return tuple(polygon for polygon, kept in zip(wide, (enclosed | compact).tolist(), strict=True) if kept)
 
 
-def _beside_cells(values: npt.NDArray[np.float32], places: Points) -> npt.NDArray[np.float32]:
-    """The least of the values of the cells at places (n, 2) in cells: those on a border between cells have the values of both sides."""
+def _beside_cells(mask: Mask, places: Points) -> Mask:
+    """Which places (n, 2) in cells lie in cells of the mask: those on a border between cells lie in those of both sides."""
     corners = np.array([(-0.1, -0.1), (-0.1, 0.1), (0.1, -0.1), (0.1, 0.1)])
-    return np.asarray(look_up(values, places[:, None] + corners, np.inf).min(1))
+    return np.asarray(look_up(mask, places[:, None] + corners, False).any(1))
 
 
 def _with_hallways(rooms: Sequence[Room], dividers: Sequence[Divider], params: Params) -> tuple[Room, ...]:
@@ -142,15 +142,6 @@ def _with_hallways(rooms: Sequence[Room], dividers: Sequence[Divider], params: P
 def _is_narrow(polygon: Polygon, params: Params) -> bool:
     radius = shapely.maximum_inscribed_circle(polygon, tolerance=0.1).length
     return bool(2 * radius <= params.hallway_width_m and polygon.area >= params.hallway_stretch * (2 * radius) ** 2)
-
-
-def _occupied_distance(grid: OccupancyGrid, params: Params) -> npt.NDArray[np.float32]:
-    """0 within the wall distance of an occupied cell and infinite elsewhere: all that walls need of `grid.occupied_distance`, much sooner."""
-    reach = int(params.wall_reach_m / grid.frame.resolution + 1e-6)
-    across = np.arange(-reach, reach + 1) * grid.frame.resolution
-    disc = np.hypot(across[:, None], across) <= params.wall_reach_m + 1e-9
-    near = cv2.dilate(grid.occupied.view(np.uint8), disc.view(np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0)
-    return np.where(np.asarray(near) > 0, np.float32(0), np.float32(np.inf))
 
 
 def explored_part(grid: OccupancyGrid, params: Params) -> OccupancyGrid:

@@ -71,7 +71,7 @@ def own(m: SemanticMap, corrections: MapMeta, grid: OccupancyGrid, params: Param
     meta = replace(m.meta, occupancy=tuple(o for o in m.meta.occupancy if o not in closed))
     m = replace(m, phantoms=(*m.phantoms, *phantoms), meta=meta, ids=ids)
     under = grid_under(m, _covering(grid, m))
-    walls = wall_features(floor_of(m.rooms), under.occupied_distance, under.frame, version[1:], params)
+    walls = wall_features(floor_of(m.rooms), under.near_occupied(params.wall_reach_m), under.frame, version[1:])
     return replace(m, walls=walls)
 
 

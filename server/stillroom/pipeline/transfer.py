@@ -128,6 +128,7 @@ def transfer_semantics(
     rooms, fresh, ids, common = _identify(tracked, pieces, sensed, visited, mission_id, ids, params)
     beside = [tuple(rooms[i].id for i in sides) for sides in rooms_beside(lines, [room.polygon for room in rooms])]
     (version,), ids = ids.take("v")
+    near_walls = grid.near_occupied(params.wall_reach_m)
     candidate = replace(
         tracked,
         rooms=rooms,
@@ -136,9 +137,7 @@ def transfer_semantics(
             for d, ids_ in zip(dividers, beside[: len(dividers)], strict=True)
             if d.id not in fresh_ids or len(ids_) > 1
         ),
-        walls=_remembered(
-            wall_features(floor, grid.occupied_distance, grid.frame, version[1:], params), tracked, params
-        ),
+        walls=_remembered(wall_features(floor, near_walls, grid.frame, version[1:]), tracked, params),
         clutter=clutter_features(obstacles.clutter, grid.frame, version[1:], params),
         meta=replace(
             meta,
@@ -186,8 +185,10 @@ def enclosure(region: Polygon, tracked: SemanticMap, grid: OccupancyGrid, params
     known = shapely.buffer([room.polygon for room in tracked.rooms], KNOWN_M)
     samples = shapely.get_coordinates(shapely.segmentize(region.exterior, grid.frame.resolution))
     foreign = ~shapely.contains_xy(shapely.union_all(known), samples)
-    gaps = look_up(grid.occupied_distance, grid.frame.to_cells_inside(samples[foreign]), np.inf)
-    return float((gaps <= params.wall_reach_m).mean()) if len(gaps) else 1.0
+    if not foreign.any():
+        return 1.0
+    near_walls = grid.near_occupied(params.wall_reach_m)
+    return float(look_up(near_walls, grid.frame.to_cells_inside(samples[foreign]), False).mean())
 
 
 # -- steps 5 and 6: dividers and rooms -----------------------------------------------------------------------------

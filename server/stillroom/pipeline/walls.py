@@ -178,34 +178,30 @@ def _apart(parts: list[Polygon]) -> list[Polygon]:
 # -- features ------------------------------------------------------------------------------------------------------
 
 
-def wall_features(
-    floor: MultiPolygon, occupied_distance: npt.NDArray[np.float32], frame: GridFrame, version: str, params: Params
-) -> tuple[Wall, ...]:
+def wall_features(floor: MultiPolygon, near_occupied: Mask, frame: GridFrame, version: str) -> tuple[Wall, ...]:
     """The outline as polylines, floor on their left: `wall` within the wall distance of occupied cells, `open` elsewhere.
 
-    `occupied_distance`: (height, width), metres from each cell's centre to the nearest occupied cell's.
+    `near_occupied`: (height, width), cells within the wall distance of an occupied one.
     `version` keeps ids apart from other versions'.
     """
     pieces: list[tuple[WallKind, Points]] = []
     for polygon in floor.geoms:
         for ring in (polygon.exterior, *polygon.interiors):
-            pieces += _ring_pieces(shapely.get_coordinates(ring), occupied_distance, frame, params)
+            pieces += _ring_pieces(shapely.get_coordinates(ring), near_occupied, frame)
     return tuple(
         Wall(f"w{version}-{i}", tuple(map(tuple, np.round(line, 4).tolist())), kind)
         for i, (kind, line) in enumerate(pieces, 1)
     )
 
 
-def _ring_pieces(
-    ring: Points, occupied_distance: npt.NDArray[np.float32], frame: GridFrame, params: Params
-) -> list[tuple[WallKind, Points]]:
+def _ring_pieces(ring: Points, near_occupied: Mask, frame: GridFrame) -> list[tuple[WallKind, Points]]:
     """A closed ring (n, 2) cut where it changes between wall and open."""
     step = frame.resolution
     lengths = np.linalg.norm(np.diff(ring, axis=0), axis=1)
     stations = np.concatenate([[0.0], np.cumsum(lengths)])
     at = np.arange(0.0, stations[-1], step)
     samples = np.stack([np.interp(at, stations, ring[:, k]) for k in (0, 1)], 1)
-    runs = look_up(occupied_distance, frame.to_cells_inside(samples), np.inf) <= params.wall_reach_m
+    runs = look_up(near_occupied, frame.to_cells_inside(samples), False)
     runs &= np.roll(runs, 1) | np.roll(runs, -1)
     if runs.all() or not runs.any():
         return [("wall" if runs[0] else "open", ring)]
