@@ -16,7 +16,7 @@ from stillroom.service.paging import page_of
 from stillroom.store import maps, missions, robots
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
-from stillroom.store.rows import MapRow, ShownVersion, VersionHead, VersionRow
+from stillroom.store.rows import MapName, MapRow, ShownVersion, VersionHead, VersionRow
 
 T = TypeVar("T")
 
@@ -52,7 +52,7 @@ def map_summary(of: MapRow, head: VersionHead | None) -> api.MapSummary:
     )
 
 
-def map_url(of: MapRow) -> str:
+def map_url(of: MapName) -> str:
     return f"/api/v1/robots/{of.robot_id}/maps/{of.name}"
 
 
@@ -71,13 +71,9 @@ def show_map(database: Database, robot_id: str, map_name: str, number: int | Non
         raise _not_yet(robot_id, map_name)
     if row is None:
         raise _no_version(robot_id, map_name, number)
-    of = f"/api/v1/robots/{robot_id}/maps/{map_name}"
-    return (
-        _summary(robot_id, map_name, row)
-        | {"type": "FeatureCollection"}
-        | _pictures(of, row)
-        | stored_map(row.document)
-    )
+    of = MapName(robot_id, map_name)
+    seen = _summary(of, row) | {"type": "FeatureCollection"} | _pictures(of, row)
+    return seen | stored_map(row.document)
 
 
 def map_segments(database: Database, robot_id: str, map_name: str) -> list[api.Segment]:
@@ -116,7 +112,7 @@ def list_versions(
 
 
 def version_item(of: MapRow, row: VersionHead) -> dict[str, object]:
-    return _summary(of.robot_id, of.name, row) | {
+    return _summary(of, row) | {
         "rooms": row.rooms,
         "name": row.name,
         "url": f"{map_url(of)}/versions/{row.number}",
@@ -193,10 +189,10 @@ def _survivor(tx: Transaction, map_id: int, room_id: str) -> str | None:
     return None if row is None or row.retired else row.id
 
 
-def _summary(robot_id: str, map_name: str, row: VersionHead | ShownVersion) -> dict[str, object]:
+def _summary(of: MapName, row: VersionHead | ShownVersion) -> dict[str, object]:
     return {
-        "robot": robot_id,
-        "map": map_name,
+        "robot": of.robot_id,
+        "map": of.name,
         "version": row.number,
         "parent": row.parent,
         "cause": row.cause,
@@ -206,15 +202,14 @@ def _summary(robot_id: str, map_name: str, row: VersionHead | ShownVersion) -> d
     }
 
 
-def _pictures(of: str, row: VersionHead | ShownVersion) -> dict[str, object]:
-    """`of`: URL of the map."""
-    of_version = f"{of}/versions/{row.number}"
+def _pictures(of: MapName, row: VersionHead | ShownVersion) -> dict[str, object]:
+    of_version = f"{map_url(of)}/versions/{row.number}"
     return {"grid": f"{of_version}/grid.png", "cells": f"{of_version}/cells.png"}
 
 
 def document_fields(of: MapRow, row: VersionHead, semantic_map: SemanticMap) -> dict[str, object]:
     shapes = {"frame": frame(semantic_map.frame), "features": features(semantic_map)}
-    return _summary(of.robot_id, of.name, row) | _pictures(map_url(of), row) | shapes
+    return _summary(of, row) | _pictures(of, row) | shapes
 
 
 def as_document(of: MapRow, row: VersionHead, semantic_map: SemanticMap) -> api.MapDocument:

@@ -11,13 +11,16 @@ from stillroom.service.paging import page_of
 from stillroom.store import conflicts, maps, missions
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
-from stillroom.store.rows import ConflictRow, MapRow, MissionRow
+from stillroom.store.rows import ConflictRow, MapName, MapRow, MissionRow, ShownMission
 
 
 def mission_by_id(database: Database, mission_id: int) -> api.MissionDocument:
     with database.look() as tx:
-        row, of, met_any = missions.to_show(tx, mission_id)
-        return _documents(tx, of, [row])[0] if met_any or row.outcome == "parked" else mission_document(of, row)
+        shown, of_name, met_any = missions.shown(tx, mission_id)
+        if not met_any and shown.outcome != "parked":
+            return mission_document(of_name, shown)
+        row, of = missions.with_map(tx, mission_id)
+        return _documents(tx, of, [row])[0]
 
 
 def mission_by_key(database: Database, robot_id: str, map_name: str, key: str) -> api.MissionDocument:
@@ -61,7 +64,7 @@ def find_mission(tx: Transaction, robot_id: str, map_name: str, key: str) -> tup
     return of, row
 
 
-def mission_document(of: MapRow, row: MissionRow) -> api.MissionDocument:
+def mission_document(of: MapName, row: ShownMission) -> api.MissionDocument:
     """Without what became of it since."""
     return _document(of, row, [], None)
 
@@ -122,7 +125,7 @@ def _placement(placed: MissionRow, floors: dict[int, str]) -> api.DecisionDocume
 
 
 def _document(
-    of: MapRow, row: MissionRow, met: Sequence[str], decision: api.DecisionDocument | None
+    of: MapName, row: ShownMission, met: Sequence[str], decision: api.DecisionDocument | None
 ) -> api.MissionDocument:
     said, found = MissionTimes.model_validate(row.meta), row.result or {}
     ablation = None

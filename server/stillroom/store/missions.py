@@ -13,7 +13,18 @@ from stillroom.store import clock, conflicts, maps, rollouts
 from stillroom.store.changes import Change, given, named
 from stillroom.store.database import Transaction
 from stillroom.store.fleet_tables import uncounted
-from stillroom.store.rows import Json, MapRow, MissionRow, VersionRow, as_row, as_row_or_none, as_rows, columns
+from stillroom.store.rows import (
+    Json,
+    MapName,
+    MapRow,
+    MissionRow,
+    ShownMission,
+    VersionRow,
+    as_row,
+    as_row_or_none,
+    as_rows,
+    columns,
+)
 from stillroom.store.tables import map_, mission, sighting, version
 
 _MISSION = sa.select(*columns(mission, MissionRow))
@@ -23,7 +34,12 @@ _WITH_MAP = (
     .join(map_, map_.c.id == mission.c.map_id)
     .where(mission.c.id == sa.bindparam("mission_id"))
 )
-_TO_SHOW = _WITH_MAP.add_columns(sa.exists().where(sighting.c.mission_id == mission.c.id))
+_SHOWN = (
+    sa.select(*columns(mission, ShownMission), *columns(map_, MapName))
+    .add_columns(sa.exists().where(sighting.c.mission_id == mission.c.id))
+    .join_from(mission, map_, map_.c.id == mission.c.map_id)
+    .where(mission.c.id == sa.bindparam("mission_id"))
+)
 _TO_PROCESS = _WITH_MAP.add_columns(
     clock.MOMENT, conflicts.IS_ANY_STANDING, rollouts.IS_ANY_IN_PLAY, *maps.VERSION.selected_columns
 ).outerjoin(version, sa.and_(version.c.map_id == map_.c.id, version.c.number == map_.c.head))
@@ -102,10 +118,15 @@ def to_process(tx: Transaction, mission_id: int) -> ToProcess:
     return ToProcess(row, of, current, is_any_standing, is_any_in_play, now)
 
 
-def to_show(tx: Transaction, mission_id: int) -> tuple[MissionRow, MapRow, bool]:
+def shown(tx: Transaction, mission_id: int) -> tuple[ShownMission, MapName, bool]:
     """With the map that it is of, and whether it met any conflicts."""
-    row, of, (met_any,) = as_rows(tx.execute(_TO_SHOW, {"mission_id": mission_id}).one(), MissionRow, MapRow)
+    row, of, (met_any,) = as_rows(tx.execute(_SHOWN, {"mission_id": mission_id}).one(), ShownMission, MapName)
     return row, of, met_any
+
+
+def with_map(tx: Transaction, mission_id: int) -> tuple[MissionRow, MapRow]:
+    row, of, _ = as_rows(tx.execute(_WITH_MAP, {"mission_id": mission_id}).one(), MissionRow, MapRow)
+    return row, of
 
 
 def by_key(tx: Transaction, map_id: int, key: str) -> MissionRow | None:

@@ -27,10 +27,14 @@ class RobotRow:
 
 
 @dataclass(frozen=True)
-class MapRow:
-    id: int
+class MapName:
     robot_id: str
     name: str
+
+
+@dataclass(frozen=True)
+class MapRow(MapName):
+    id: int
     title: str
     ordinal: int
     review: str
@@ -44,19 +48,15 @@ class MapRow:
 
 
 @dataclass(frozen=True)
-class MissionRow:
-    id: int
-    map_id: int
+class ShownMission:
+    """What the robot sees of a mission."""
+
     key: str
     epoch: int
     sequence: int
     status: str
-    attempts: int
-    grid: str
     meta: Json
-    meta_digest: str
     received_at: datetime
-    finished_at: datetime | None
     outcome: str | None
     succeeded_at: str | None
     ablation_transfer: bool | None
@@ -66,6 +66,16 @@ class MissionRow:
     version: int | None
     algorithm: str | None
     result: Json | None
+
+
+@dataclass(frozen=True)
+class MissionRow(ShownMission):
+    id: int
+    map_id: int
+    attempts: int
+    grid: str
+    meta_digest: str
+    finished_at: datetime | None
     placed_from: int | None
     placed_by: str | None
 
