@@ -7,7 +7,7 @@ from shapely import LineString, MultiPolygon, Polygon
 
 from stillroom.maps.geometry import Line
 from stillroom.maps.semantics import Ids
-from stillroom.pipeline.rooms import absorb, new_rooms, overlaps, partition, rooms_beside, segment_id
+from stillroom.pipeline.rooms import absorb, most_common, new_rooms, overlaps, partition, rooms_beside, segment_id
 from tests.drawing import rectangle
 
 HALL = rectangle(0, 0, 8, 4)
@@ -164,3 +164,17 @@ def test_new_rooms_get_new_ids_names_and_small_numbers() -> None:
 def test_small_numbers_never_name_rooms_of_two_maps_of_a_robot() -> None:
     numbers = [segment_id(f"r{prefix}{n}") for prefix in ("", "2-", "3-") for n in range(1, 200)]
     assert len(set(numbers)) == len(numbers)
+
+
+@given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6), st.integers(1, 5), st.integers(1, 5)), max_size=6))
+def test_who_has_most_of_a_piece_and_whether_anybody_has_any_is_as_by_all_overlaps(
+    boxes: list[tuple[int, int, int, int]],
+) -> None:
+    rooms = [rectangle(x, 0, x + 2, 8) for x in (0, 2, 4, 6, 9)]
+    pieces = [rectangle(x + 0.25, y, x + 0.25 + width, y + height) for x, y, width, height in boxes]
+    every, most = overlaps(rooms, pieces), most_common(rooms, pieces)
+    assert most.argmax(0).tolist() == every.argmax(0).tolist()
+    assert most.max(0).tolist() == every.max(0).tolist()
+    assert (most <= every).all()
+    shared = most.max(0) <= np.array([piece.area for piece in pieces]) / 2
+    assert (most[:, shared] == every[:, shared]).all()

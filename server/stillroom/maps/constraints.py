@@ -101,18 +101,19 @@ def rooms_are_enclosed(semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: 
 
 
 def rooms_are_valid_and_disjoint(semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float) -> Iterator[Violation]:
-    polygons = [room.polygon for room in semantic_map.rooms]
-    for room in semantic_map.rooms:
-        if not room.polygon.is_valid or room.polygon.is_empty:
-            yield Violation("a room is one valid polygon", room.id, shapely.is_valid_reason(room.polygon))
-    if polygons and all(polygon.is_valid for polygon in polygons):
-        for i, j in shapely.STRtree(polygons).query(polygons, predicate="intersects").T.tolist():
-            if i < j and (common := shapely.intersection(polygons[i], polygons[j]).area) > OVERLAP_M2:
-                yield Violation(
-                    "rooms are disjoint",
-                    semantic_map.rooms[i].id,
-                    f"{common:.3f} m2 also belong to {semantic_map.rooms[j].id}",
-                )
+    polygons = np.array([room.polygon for room in semantic_map.rooms], dtype=object)
+    valid = shapely.is_valid(polygons)
+    for k in np.flatnonzero(~valid | shapely.is_empty(polygons)).tolist():
+        room = semantic_map.rooms[k]
+        yield Violation("a room is one valid polygon", room.id, shapely.is_valid_reason(room.polygon))
+    if valid.all():
+        i, j = shapely.STRtree(polygons).query(polygons, predicate="intersects")
+        inner = (i < j) & ~shapely.touches(polygons[i], polygons[j])
+        i, j = i[inner], j[inner]
+        common = shapely.area(shapely.intersection(polygons[i], polygons[j]))
+        for k in np.flatnonzero(common > OVERLAP_M2).tolist():
+            detail = f"{common[k]:.3f} m2 also belong to {semantic_map.rooms[j[k]].id}"
+            yield Violation("rooms are disjoint", semantic_map.rooms[i[k]].id, detail)
 
 
 CONSTRAINTS: tuple[Constraint, ...] = (

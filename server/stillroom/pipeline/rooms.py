@@ -90,6 +90,27 @@ def overlaps(first: Sequence[Polygon], second: Sequence[Polygon]) -> npt.NDArray
     return common
 
 
+def most_common(rooms: Sequence[Polygon], pieces: Sequence[Polygon]) -> npt.NDArray[np.float64]:
+    """As `overlaps`, for disjoint `rooms`; but where one of them has more than half of a piece, what others have of it is left out.
+
+    No other can have more of it then, and most pieces are of one room.
+    """
+    common = np.zeros((len(rooms), len(pieces)))
+    if not len(rooms) or not len(pieces):
+        return common
+    first, second = np.array(rooms, dtype=object), np.array(pieces, dtype=object)
+    i, j = shapely.STRtree(second).query(first, predicate="intersects")
+    a, b = shapely.bounds(first)[i], shapely.bounds(second)[j]
+    box = (np.minimum(a[:, 2:], b[:, 2:]) - np.maximum(a[:, :2], b[:, :2])).prod(1)
+    order = np.lexsort((-box, j))
+    is_likely = np.zeros(len(j), np.bool_)
+    is_likely[order[np.unique(j[order], return_index=True)[1]]] = True
+    for chosen in (is_likely, ~is_likely):
+        chosen = chosen & (common.max(0) <= shapely.area(second) / 2)[j]
+        common[i[chosen], j[chosen]] = shapely.area(shapely.intersection(first[i[chosen]], second[j[chosen]]))
+    return common
+
+
 def absorb(rooms: Sequence[Polygon], pieces: Sequence[Polygon]) -> list[Polygon]:
     """`rooms` with each piece joined to the one with which it has the longest common edge; pieces that touch none are dropped."""
     grown = list(rooms)

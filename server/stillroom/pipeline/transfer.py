@@ -9,6 +9,7 @@ from itertools import chain
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import MultiPolygon, Polygon
 
@@ -22,7 +23,7 @@ from stillroom.pipeline.dividers import Adrift, Outline, attach, attach_path, ce
 from stillroom.pipeline.obstacles import SUBPIXEL, are_shut, classify_obstacles, corrected, drawn, filled, room_cells
 from stillroom.pipeline.params import Params
 from stillroom.pipeline.phantoms import carry_phantoms, without_phantoms
-from stillroom.pipeline.rooms import absorb, new_rooms, overlaps, partition, rooms_beside
+from stillroom.pipeline.rooms import absorb, most_common, new_rooms, partition, rooms_beside
 from stillroom.pipeline.walls import Obstacles, clutter_features, outline, wall_features
 
 RESTS_M = 0.05
@@ -173,11 +174,19 @@ def _remembered(walls: Sequence[Wall], tracked: SemanticMap, params: Params) -> 
         return tuple(walls)
     lines = line_strings([wall.line for wall in open_])
     before = line_strings([wall.line for wall in tracked.walls if wall.kind != "open"])
-    near = before[shapely.dwithin(before, shapely.multilinestrings(lines), params.wall_reach_m)]
-    band = shapely.buffer(shapely.multilinestrings(near), params.wall_reach_m, cap_style="flat", quad_segs=2)
+    near = _near(before, shapely.multilinestrings(lines), params.wall_reach_m)
+    band = shapely.buffer(near, params.wall_reach_m, cap_style="flat", quad_segs=2)
     hidden = shapely.length(shapely.intersection(lines, band)) > SEEN_SHARE * shapely.length(lines)
     unseen = {wall.id for wall, is_unseen in zip(open_, hidden, strict=True) if is_unseen}
     return tuple(replace(wall, kind="unseen") if wall.id in unseen else wall for wall in walls)
+
+
+def _near(lines: npt.NDArray[np.object_], what: shapely.Geometry, reach_m: float) -> shapely.Geometry:
+    """Of polylines the parts within reach, whole edges."""
+    points, line = shapely.get_coordinates(lines, return_index=True)
+    edges = np.stack([points[:-1], points[1:]], 1)[np.diff(line) == 0]
+    edges = shapely.linestrings(edges)
+    return shapely.line_merge(shapely.multilinestrings(edges[shapely.dwithin(edges, what, reach_m)]))
 
 
 def enclosure(region: Polygon, tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> float:
@@ -295,7 +304,7 @@ def _identify(
     What the robot did not see, as below a bed that was pushed into a corner, is no new room. Last comes what previous rooms have in common
     with themselves, square metres.
     """
-    common = overlaps([room.polygon for room in tracked.rooms], pieces)
+    common = most_common([room.polygon for room in tracked.rooms], pieces)
     shapes: dict[str, Polygon] = {}
     same: dict[str, float] = {}
     taken: set[int] = set()
