@@ -46,7 +46,7 @@ class Database:
                 isolation_level="REPEATABLE READ", postgresql_readonly=True
             )
             # Connections of its own: to change one's isolation and change it back takes as long as a statement.
-            self._looker: sa.Engine = _postgresql_engine(self.url, "AUTOCOMMIT")
+            self._looker: sa.Engine = _postgresql_engine(self.url, "AUTOCOMMIT", kept=10)
         else:
             if self.url.database:
                 Path(self.url.database).parent.mkdir(parents=True, exist_ok=True)
@@ -164,12 +164,13 @@ def _sqlite_engine(url: sa.URL, begin: str, pragma: str) -> sa.Engine:
     return engine
 
 
-def _postgresql_engine(url: sa.URL, isolation: IsolationLevel = "READ COMMITTED") -> sa.Engine:
+def _postgresql_engine(url: sa.URL, isolation: IsolationLevel = "READ COMMITTED", kept: int = 20) -> sa.Engine:
+    """`kept`: connections that stay; in a rush there are twice as many."""
     connect = {} if "connect_timeout" in url.query else {"connect_timeout": _CONNECT_S}
     engine = sa.create_engine(
         url,
-        pool_size=20,
-        max_overflow=20,
+        pool_size=kept,
+        max_overflow=kept,
         pool_use_lifo=True,  # the one that was used last knows its statements best
         connect_args=connect,
         isolation_level=isolation,
