@@ -49,6 +49,11 @@ def test_a_wait_that_is_too_short_ends_with_202(service: Service, robot: RobotCa
     assert robot.upload("0", wait=0).status_code == 202
 
 
+def test_who_waits_is_told_and_need_not_look_now_and_then(robot: RobotCaller, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stillroom.api.missions._RECHECK_S", 600.0)
+    assert [robot.upload(str(number), wait=20).status_code for number in range(3)] == [201, 201, 201]
+
+
 def test_the_same_upload_again_is_the_same_mission(mapped: RobotCaller) -> None:
     again = mapped.upload("0")
     assert again.status_code == 200
