@@ -17,7 +17,7 @@ from stillroom.maps.semantics import Room
 from stillroom.pipeline.params import Params
 
 STEP_M = 0.40
-ROUNDS = 6
+ROUNDS = 8
 BETTER = 0.03
 SCALE_M = 0.20
 TIGHT_M = 0.02
