@@ -71,6 +71,21 @@ def test_a_room_that_was_carried_over_does_not_end_however_small() -> None:
     assert withered(home(), {HALL.id}, PARAMS) == frozenset()
 
 
+def test_a_map_keeps_its_last_room() -> None:
+    m = replace(home(), rooms=(REST,))
+    update = carried(m)
+    assert (update.taken, update.map, update.retired) == (False, m, {})
+
+
+def test_two_rooms_that_end_at_once_are_told_of_once_each() -> None:
+    other = replace(REST, id="r8", name="Room 8", segment_id=8, polygon=rectangle(1.0, 1.4, 1.8, 2.2))
+    m = home()
+    hall = replace(m.rooms[0], polygon=m.rooms[0].polygon.difference(other.polygon))
+    update = carried(replace(m, rooms=(hall, REST, other)))
+    assert update.retired == {"r9": HALL.id, "r8": HALL.id}
+    assert len([line for line in update.warnings if "less than a room" in line]) == 2
+
+
 def test_the_dividers_of_a_room_that_ends_go_with_it() -> None:
     between = Divider("d1", ((2.6, 1.4), (3.4, 1.4)), rooms=(HALL.id, "r9"))
     other = Divider("d2", ((1.0, 0.2), (1.0, 3.2)), rooms=(HALL.id,))

@@ -158,7 +158,8 @@ def update_map(
     with stage("conflicts"):
         conflicts = detect_conflicts(previous, whole(first), best, mission.id, is_valid(best, broken), params)
     update = decide(previous, motion, best, _ablation(first, attempts), broken, conflicts)
-    if not (gone := withered(previous, best.failed, params)):
+    gone = withered(previous, best.failed, params)
+    if not gone or len(gone) == len(previous.rooms):
         return update
     smaller = without(previous, gone)
     again = update_map(smaller, mission, params, stage, trust_registration, resolvers, annotations)
@@ -168,14 +169,15 @@ def update_map(
 def _with_ended(previous: SemanticMap, update: MapUpdate) -> MapUpdate:
     """The update of a map without rooms that withered, which says so."""
     assert update.motion is not None  # it was taken
-    retired = {**ended(previous, update.map, update.motion), **update.retired}
+    gone = ended(previous, update.map, update.motion)
     names = {room.id: room.name for room in (*previous.rooms, *update.map.rooms)}
     lines = [
         f"{names[room]} had become less than a room and was not found again."
         + (f" Its floor belongs to {names[survivor]}." if survivor else "")
-        for room, survivor in retired.items()
+        for room, survivor in gone.items()
+        if room not in update.retired
     ]
-    return replace(update, retired=retired, warnings=(*lines, *update.warnings))
+    return replace(update, retired=gone | dict(update.retired), warnings=(*lines, *update.warnings))
 
 
 def _with_candidate(attempt: Attempt, candidate: SemanticMap) -> Attempt:

@@ -16,7 +16,7 @@ from stillroom.service.paging import page_of
 from stillroom.store import maps, missions, robots
 from stillroom.store.database import Database, Transaction
 from stillroom.store.grids import GridStore
-from stillroom.store.rows import MapName, MapRow, ShownVersion, VersionHead, VersionRow
+from stillroom.store.rows import MapName, MapRow, VersionHead, VersionRow, VersionSummary
 
 T = TypeVar("T")
 
@@ -189,7 +189,7 @@ def _survivor(tx: Transaction, map_id: int, room_id: str) -> str | None:
     return None if row is None or row.retired else row.id
 
 
-def _summary(of: MapName, row: VersionHead | ShownVersion) -> dict[str, object]:
+def _summary(of: MapName, row: VersionSummary) -> dict[str, object]:
     return {
         "robot": of.robot_id,
         "map": of.name,
@@ -202,7 +202,7 @@ def _summary(of: MapName, row: VersionHead | ShownVersion) -> dict[str, object]:
     }
 
 
-def _pictures(of: MapName, row: VersionHead | ShownVersion) -> dict[str, object]:
+def _pictures(of: MapName, row: VersionSummary) -> dict[str, object]:
     of_version = f"{map_url(of)}/versions/{row.number}"
     return {"grid": f"{of_version}/grid.png", "cells": f"{of_version}/cells.png"}
 

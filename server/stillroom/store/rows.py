@@ -81,16 +81,22 @@ class MissionRow(ShownMission):
 
 
 @dataclass(frozen=True)
-class VersionHead:
-    """A version without its document."""
+class VersionSummary:
+    """What everybody sees of a version beside its shapes."""
 
-    map_id: int
     number: int
     parent: int | None
     cause: str
     mission: str | None
     made_by: str
     created_at: datetime
+
+
+@dataclass(frozen=True)
+class VersionHead(VersionSummary):
+    """A version without its document."""
+
+    map_id: int
     algorithm: str
     grid: str
     frame_from: int | None
@@ -105,15 +111,7 @@ class VersionRow(VersionHead):
 
 
 @dataclass(frozen=True)
-class ShownVersion:
-    """What everybody sees of a version."""
-
-    number: int
-    parent: int | None
-    cause: str
-    mission: str | None
-    made_by: str
-    created_at: datetime
+class ShownVersion(VersionSummary):
     document: Json
 
 
