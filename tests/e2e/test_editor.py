@@ -225,6 +225,29 @@ def test_the_list_of_rooms_divides_names_pins_and_merges_without_the_map(
     assert len(features(stored(mapped), "room")) == 2
 
 
+def test_what_is_chosen_shows_at_once_while_the_service_still_answers_what_came_before(
+    mapped: Robot, open_page: OpenPage
+) -> None:
+    page = open_page(mapped.page)
+    start_editing(page)
+    page.get_by_role("button", name="Kitchen 15").click()
+    held: list[Route] = []
+    page.route("**/edits?dry_run=true", lambda route: held.append(route))
+    page.get_by_label("Used as").select_option("Kitchen")
+    pinned = page.get_by_label("Pinned")
+    pinned.check()
+    page.get_by_label("Used as").select_option("Hall")
+    expect(page.get_by_label("Used as")).to_have_value("hall")
+    for n in range(3):
+        eventually(page, lambda n=n: len(held) == n + 1)  # type: ignore[misc]
+        expect(pinned).to_be_checked()
+        held[n].continue_()
+    page.unroute("**/edits?dry_run=true")
+    save(page, 3)
+    (kitchen,) = (f["properties"] for f in features(stored(mapped), "room") if f["properties"]["name"] == "Kitchen")
+    assert (kitchen["kind"], kitchen["pinned"]) == ("hall", True)
+
+
 def test_what_is_being_typed_stays_when_the_service_names_what_was_drawn(mapped: Robot, open_page: OpenPage) -> None:
     page = open_page(mapped.page)
     start_editing(page)

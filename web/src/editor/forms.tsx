@@ -1,5 +1,5 @@
 import { Button } from "@mantine/core";
-import { type FormEvent, useEffect, useId, useState } from "react";
+import { type FormEvent, startTransition, useEffect, useId, useOptimistic, useState } from "react";
 import type { DividerFeature, Position, RestrictionFeature } from "../map/document";
 import * as edits from "../map/operations";
 import { areaOf, splitRoom } from "../map/split";
@@ -18,6 +18,20 @@ function roomRef(room: RoomView, { state }: EditPanelProps): edits.RoomRef {
   return state.known.has(room.id) ? { id: room.id } : { at: room.label.at };
 }
 
+/** What was chosen, shown at once: the draft has it when its turn comes, and may refuse it. */
+function useChosen<Value>(
+  value: Value,
+  choose: (wanted: Value) => Promise<unknown>,
+): readonly [Value, (wanted: Value) => void] {
+  const [shown, show] = useOptimistic(value);
+  const set = (wanted: Value) =>
+    startTransition(async () => {
+      show(wanted);
+      await choose(wanted);
+    });
+  return [shown, set];
+}
+
 export function RoomForm(props: EditPanelProps & { readonly room: RoomView }) {
   const { room, session, view } = props;
   const ref = roomRef(room, props);
@@ -30,6 +44,8 @@ export function RoomForm(props: EditPanelProps & { readonly room: RoomView }) {
     if (clean && clean !== room.name) void session.attempt((o) => edits.renameRoom(o, ref, clean));
     else setName(room.name);
   };
+  const [kind, setKind] = useChosen(room.kind, (wanted) => session.attempt((o) => edits.setRoomKind(o, ref, wanted)));
+  const [pinned, pin] = useChosen(room.pinned, (wanted) => session.attempt((o) => edits.pinRoom(o, ref, wanted)));
   const outline = room.rings[0]?.slice(0, -1) ?? [];
   return (
     <>
@@ -48,25 +64,19 @@ export function RoomForm(props: EditPanelProps & { readonly room: RoomView }) {
         <label htmlFor={`${ids}-kind`}>{editorTexts.room.kind}</label>
         <select
           id={`${ids}-kind`}
-          value={room.kind ?? ""}
-          onChange={({ currentTarget: { value } }) =>
-            void session.attempt((o) => edits.setRoomKind(o, ref, (value || null) as edits.RoomKind | null))
-          }
+          value={kind ?? ""}
+          onChange={({ currentTarget: { value } }) => setKind((value || null) as edits.RoomKind | null)}
         >
           <option value="">{editorTexts.room.noKind}</option>
-          {Object.entries(editorTexts.kinds).map(([kind, label]) => (
-            <option key={kind} value={kind}>
+          {Object.entries(editorTexts.kinds).map(([one, label]) => (
+            <option key={one} value={one}>
               {label}
             </option>
           ))}
         </select>
       </div>
       <label className={classes.check}>
-        <input
-          type="checkbox"
-          checked={room.pinned}
-          onChange={({ currentTarget: { checked } }) => void session.attempt((o) => edits.pinRoom(o, ref, checked))}
-        />
+        <input type="checkbox" checked={pinned} onChange={({ currentTarget: { checked } }) => pin(checked)} />
         {editorTexts.room.pinned}
       </label>
       <SplitForm room={room} onDivider={props.onDivider} />
