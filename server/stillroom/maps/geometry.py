@@ -66,6 +66,8 @@ class Pose:
         return np.array([[c, -s], [s, c]])
 
     def apply(self, points: Points) -> Points:
+        if not self.yaw:
+            return np.asarray(points + np.array([self.x, self.y]))
         # coordinate by coordinate, not as a matrix product: equal points must stay equal, or rings would not close
         c, s = cos(self.yaw), sin(self.yaw)
         x, y = points[:, 0], points[:, 1]
@@ -93,10 +95,10 @@ def fit_pose(source: Points, target: Points, weights: npt.NDArray[np.float64] | 
     w = np.ones(len(source)) if weights is None else weights
     w = w / w.sum()
     a, b = w @ source, w @ target
-    s, t = source - a, target - b
-    yaw = atan2(float((w * (s[:, 0] * t[:, 1] - s[:, 1] * t[:, 0])).sum()), float((w * (s * t).sum(1)).sum()))
-    x, y = b - Pose(yaw=yaw).rotation @ a
-    return Pose(float(x), float(y), yaw)
+    (xx, xy), (yx, yy) = ((w[:, None] * (source - a)).T @ (target - b)).tolist()
+    yaw = atan2(xy - yx, xx + yy)
+    (u, v), (x, y), c, s = a.tolist(), b.tolist(), cos(yaw), sin(yaw)
+    return Pose(x - (c * u - s * v), y - (s * u + c * v), yaw)
 
 
 def polygons_in(geometry: shapely.Geometry | Sequence[shapely.Geometry]) -> list[Polygon]:

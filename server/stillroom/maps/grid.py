@@ -43,7 +43,11 @@ class GridFrame:
 
     def to_cells(self, points: Points) -> Points:
         """Map frame (metres) to continuous cell coordinates, both of shape (n, 2)."""
-        return self.origin.inverse().apply(points) / self.resolution
+        return self._from_map.apply(points) / self.resolution
+
+    @cached_property
+    def _from_map(self) -> Pose:
+        return self.origin.inverse()
 
     def to_cells_inside(self, points: Points) -> Points:
         """The same, but places up to half a cell off the grid are on it: outlines end on its very edge."""

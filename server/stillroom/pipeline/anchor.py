@@ -16,12 +16,15 @@ from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Room
 from stillroom.pipeline.params import Params
 
+Polygons = npt.NDArray[np.object_]
+
 STEP_M = 0.40
 ROUNDS = 8
 BETTER = 0.03
 SCALE_M = 0.20
 TIGHT_M = 0.02
 """Places that are farther off count less and less, so that rooms that stayed hold the frame: from the first scale to the second."""
+TINY_M = 1e-9
 
 
 @dataclass(frozen=True)
@@ -38,34 +41,46 @@ def carry_anchors(rooms: Sequence[Room], motion: Motion) -> list[Polygon | None]
     """Each room's anchor moved by the one rigid motion that most of the rooms make."""
     if not rooms:
         return []
-    here, _ = _boundaries([room.polygon for room in rooms])
+    here, _ = _boundaries(np.array([room.polygon for room in rooms], dtype=object))
     there = motion.apply(here)
     pose = fit_pose(here, there)
     for scale_m in np.geomspace(SCALE_M, TIGHT_M, ROUNDS).tolist():
         pose = fit_pose(here, there, _weights(there - pose.apply(here), scale_m))
-    return [None if room.anchor is None else moved(room.anchor, pose) for room in rooms]
+    return list(_all_moved(np.array([room.anchor for room in rooms], dtype=object), pose))
 
 
 def find_drift(rooms: Sequence[Room], params: Params) -> tuple[Drift, ...]:
     """The rooms that have slid or shrunk, after one rigid alignment of all anchors with all rooms."""
-    anchored = [(room, room.anchor) for room in rooms if room.anchor is not None]
-    if all(_recall(anchor, room) >= params.drift_recall for room, anchor in anchored):
+    anchored = [room for room in rooms if room.anchor is not None]
+    anchors = np.array([room.anchor for room in anchored], dtype=object)
+    polygons = np.array([room.polygon for room in anchored], dtype=object)
+    if (_recalls(anchors, polygons) >= params.drift_recall).all():
         return ()  # as they were carried: nothing to align
-    pose = _together([anchor for _, anchor in anchored], [room.polygon for room, _ in anchored])
-    aligned = [(room, moved(anchor, pose)) for room, anchor in anchored]
-    found = [_drift(room, anchor, params) for room, anchor in aligned if _recall(anchor, room) < params.drift_recall]
+    pose = _together(anchors, polygons)
+    aligned = _all_moved(anchors, pose)
+    recalls = _recalls(aligned, polygons).tolist()
+    found = [
+        _drift(room, anchor, recall, params)
+        for room, anchor, recall in zip(anchored, aligned, recalls, strict=True)
+        if recall < params.drift_recall
+    ]
     return tuple(drift for drift in found if drift.slid_m > 0 or drift.recall < params.shape_overlap)
 
 
-def _recall(anchor: Polygon, room: Room) -> float:
-    return float(shapely.intersection(anchor, room.polygon).area / anchor.area)
+def _recalls(anchors: Polygons, polygons: Polygons) -> npt.NDArray[np.float64]:
+    """How much of each anchor is still in its polygon."""
+    return np.asarray(shapely.area(shapely.intersection(anchors, polygons)) / shapely.area(anchors))
 
 
 def moved(polygon: Polygon, pose: Pose) -> Polygon:
     return shapely.transform(polygon, lambda points: pose.apply(as_points(points)))
 
 
-def _boundaries(polygons: Sequence[Polygon]) -> tuple[Points, npt.NDArray[np.int64]]:
+def _all_moved(polygons: Polygons, pose: Pose) -> Polygons:
+    return np.asarray(shapely.transform(polygons, lambda points: pose.apply(as_points(points))))
+
+
+def _boundaries(polygons: Polygons) -> tuple[Points, npt.NDArray[np.int64]]:
     """Places along the polygons' exteriors, (n, 2), and on which each lies, (n,)."""
     places, which = shapely.get_coordinates(
         shapely.segmentize(shapely.get_exterior_ring(polygons), STEP_M), return_index=True
@@ -75,25 +90,41 @@ def _boundaries(polygons: Sequence[Polygon]) -> tuple[Points, npt.NDArray[np.int
 
 def _weights(offsets: Points, scale_m: float) -> npt.NDArray[np.float64]:
     """What is farther off than the scale hardly counts (Geman and McClure)."""
-    return np.asarray(1.0 / (1.0 + (offsets**2).sum(1) / scale_m**2) ** 2)
+    x, y = offsets.T
+    return np.asarray(1.0 / (1.0 + (x * x + y * y) / scale_m**2) ** 2)
 
 
-def _together(anchors: Sequence[Polygon], polygons: Sequence[Polygon]) -> Pose:
+def _together(anchors: Polygons, polygons: Polygons) -> Pose:
     """The rigid motion that brings all anchors' boundaries onto the rooms' (iteratively reweighted least squares)."""
     pose = Pose()
     places, which = _boundaries(anchors)
-    rings = shapely.get_exterior_ring(polygons)[which]
+    begin, edge = (edges[which] for edges in _edges(polygons))
+    along = np.conj(edge) / np.maximum(np.abs(edge), TINY_M) ** 2
+    each = np.arange(len(places))
     for scale_m in np.geomspace(SCALE_M, TIGHT_M, ROUNDS).tolist():
         here = pose.apply(places)
-        nearest = shapely.get_coordinates(shapely.shortest_line(shapely.points(here), rings))
-        there = np.ascontiguousarray(nearest[1::2])
+        at = here.view(np.complex128)
+        feet = begin + ((at - begin) * along).real.clip(0.0, 1.0) * edge
+        gaps = feet - at
+        nearest = (gaps.real**2 + gaps.imag**2).argmin(1)
+        there = feet[each, nearest, None].view(np.float64)
         pose = fit_pose(here, there, _weights(there - here, scale_m)).after(pose)
     return pose
 
 
-def _drift(room: Room, anchor: Polygon, params: Params) -> Drift:
+def _edges(polygons: Polygons) -> tuple[npt.NDArray[np.complex128], npt.NDArray[np.complex128]]:
+    """Where the edges of each polygon's exterior begin, and how they lead on, as complex numbers: both (n, most), the last one repeated."""
+    corners, which = shapely.get_coordinates(shapely.get_exterior_ring(polygons), return_index=True)
+    size = np.bincount(which)
+    number = np.minimum(np.arange(size.max() - 1), size[:, None] - 2) + (np.cumsum(size) - size)[:, None]
+    corner = corners.view(np.complex128).ravel()
+    return corner[number], corner[number + 1] - corner[number]
+
+
+def _drift(room: Room, anchor: Polygon, recall: float, params: Params) -> Drift:
     """A room slid where it covers its anchor better once that is moved onto its middle; where a part is gone it does not."""
     x, y = (as_points(room.polygon.centroid.coords) - as_points(anchor.centroid.coords))[0].tolist()
-    recall, metres = _recall(anchor, room), float(np.hypot(x, y))
-    slid = metres > params.drift_m and _recall(moved(anchor, Pose(x, y)), room) > recall + BETTER
+    metres = float(np.hypot(x, y))
+    onto = shapely.intersection(moved(anchor, Pose(x, y)), room.polygon).area / anchor.area
+    slid = metres > params.drift_m and onto > recall + BETTER
     return Drift(room.id, recall * anchor.area / room.polygon.area, recall, metres if slid else 0.0)
