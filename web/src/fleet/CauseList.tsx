@@ -1,5 +1,6 @@
 import { Link } from "wouter";
 import { Moment } from "../Moment";
+import own from "./CauseList.module.css";
 import classes from "./Fleet.module.css";
 import { percent } from "./figures";
 import { causePath } from "./paths";
@@ -30,17 +31,17 @@ interface Props {
 export function CauseList({ causes, days, search }: Props) {
   const { cause: texts } = fleetTexts;
   return (
-    <ol className={classes.causes}>
+    <ol className={own.causes}>
       {causes.map((one) => (
         <li key={one.id}>
-          <div className={classes.causeName}>
+          <div className={own.causeName}>
             <Link href={causePath(one.id, search)}>{nameOf(one)}</Link>
             <StateBadge state={one.state} />
             <p>
               {texts.stage[one.stage] ?? one.stage} · {texts.algorithm} {said(one.algorithm)}
             </p>
           </div>
-          <div className={classes.causeShare}>
+          <div className={own.causeShare}>
             <span className={classes.track} aria-hidden="true">
               <span className={classes.bar} style={{ width: `${100 * one.share}%` }} />
             </span>
@@ -50,7 +51,7 @@ export function CauseList({ causes, days, search }: Props) {
             </p>
           </div>
           <Sparkline trend={one.trend} days={days} />
-          <p className={classes.seen}>
+          <p className={own.seen}>
             {texts.first} <Moment at={one.first_seen} />
             <br />
             {texts.last} <Moment at={one.last_seen} />

@@ -6,6 +6,7 @@ import { Failure, Loading } from "../pages/states";
 import { texts } from "../texts";
 import { CauseList } from "./CauseList";
 import { FilterBar } from "./FilterBar";
+import filterBarClasses from "./FilterBar.module.css";
 import classes from "./Fleet.module.css";
 import { day, whole } from "./figures";
 import { every, searchOf } from "./filters";
@@ -37,7 +38,7 @@ export function CausesPage() {
       <h1>{words.title}</h1>
       <p className={classes.lead}>{words.lead}</p>
       <FilterBar filters={filters} change={(changed) => show(state, { ...filters, ...changed })} />
-      <fieldset className={classes.spans}>
+      <fieldset className={filterBarClasses.spans}>
         <legend>{words.states}</legend>
         {[null, ...STATES].map((one) => (
           <label key={one ?? "any"} data-on={state === one}>

@@ -1,5 +1,6 @@
 import { useQuery } from "@tanstack/react-query";
 import { useEffect, useRef } from "react";
+import own from "./FilterBar.module.css";
 import classes from "./Fleet.module.css";
 import { day, said } from "./figures";
 import { dayOf, type Filters, SPANS, spanOf, VALUES, type Value } from "./filters";
@@ -19,8 +20,8 @@ export function FilterBar({ filters, change }: Props) {
   const span = spanOf(filters, now);
   const selected = VALUES.some((name) => filters[name].length > 0);
   return (
-    <search className={classes.filters} aria-label={texts.label}>
-      <fieldset className={classes.spans}>
+    <search className={own.filters} aria-label={texts.label}>
+      <fieldset className={own.spans}>
         <legend className="visually-hidden">{texts.span}</legend>
         {SPANS.map((days) => (
           <label key={days} data-on={filters.days === days}>
@@ -117,9 +118,9 @@ function Menu({ label, on, children }: MenuProps) {
     };
   }, []);
   return (
-    <details ref={menu} className={classes.menu}>
+    <details ref={menu} className={own.menu}>
       <summary data-on={on}>{label}</summary>
-      <div className={classes.menuBody}>{children}</div>
+      <div className={own.menuBody}>{children}</div>
     </details>
   );
 }

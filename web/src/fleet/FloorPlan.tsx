@@ -2,6 +2,7 @@ import { useState } from "react";
 import { pixelsToMap } from "../map/geometry";
 import { area } from "../numbers";
 import classes from "./Fleet.module.css";
+import own from "./FloorPlan.module.css";
 import { Table } from "./Panel";
 import { extentOf, ofKind, pathOf, type Shape } from "./plan";
 import type { Figure } from "./queries";
@@ -25,12 +26,12 @@ export function FloorPlan({ figure }: { readonly figure: Figure }) {
   const outcome = fleetTexts.outcome[figure.outcome] ?? figure.outcome;
   return (
     <>
-      <fieldset className={classes.layers}>
+      <fieldset className={own.layers}>
         <legend className="visually-hidden">{words.layers}</legend>
         {LAYERS.map((layer) => (
           <label key={layer} className={classes.check}>
             <input type="checkbox" checked={shown(layer)} onChange={() => toggle(layer)} />
-            <svg width="26" height="14" aria-hidden="true" data-layer={layer} className={classes.sample}>
+            <svg width="26" height="14" aria-hidden="true" data-layer={layer} className={own.sample}>
               <path d="M1 7H25" />
             </svg>
             {words[layer]}
@@ -38,7 +39,7 @@ export function FloorPlan({ figure }: { readonly figure: Figure }) {
         ))}
       </fieldset>
       <svg
-        className={classes.floorPlan}
+        className={own.floorPlan}
         viewBox={`${x} ${-y - height} ${width} ${height}`}
         role="img"
         aria-label={words.label(figure.mission)}

@@ -7,6 +7,7 @@ import { Failure, Loading, Nothing } from "../pages/states";
 import { texts } from "../texts";
 import classes from "./Fleet.module.css";
 import { percent, said, whole } from "./figures";
+import own from "./InspectorPage.module.css";
 import { ROWS } from "./marks";
 import { Panel, Table } from "./Panel";
 import { PlanPanel } from "./PlanPanel";
@@ -42,7 +43,7 @@ export function InspectorPage({ robot, map, mission }: Props) {
       {one.error && (
         <Panel title={words.error}>
           {/* biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls takes the focus */}
-          <pre className={classes.error} tabIndex={0}>
+          <pre className={own.error} tabIndex={0}>
             {one.error}
           </pre>
         </Panel>
@@ -70,7 +71,7 @@ function History({ robot, map, mission }: Props) {
   const step = data[dragged] ?? data[at];
   const name = step && words.step(step.mission, outcomeOf(step.outcome));
   return (
-    <div className={classes.history}>
+    <div className={own.history}>
       <button type="button" className={classes.plain} disabled={at === 0} onClick={() => open(at - 1)}>
         {words.older}
       </button>
@@ -177,7 +178,7 @@ function Rooms({ rooms }: { readonly rooms: Inspected["rooms"] }) {
 function Scored({ share }: { readonly share: number }) {
   return (
     <td>
-      <span className={classes.scored}>
+      <span className={own.scored}>
         {percent(share)}
         <span className={classes.track} aria-hidden="true">
           <span className={classes.bar} style={{ width: `${100 * share}%` }} />

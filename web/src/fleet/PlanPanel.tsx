@@ -6,6 +6,7 @@ import { fullTime } from "../words";
 import classes from "./Fleet.module.css";
 import { FloorPlan } from "./FloorPlan";
 import { Panel } from "./Panel";
+import own from "./PlanPanel.module.css";
 import { type Inspected, inspectedQuery, lookAt } from "./queries";
 import { fleetTexts } from "./texts";
 
@@ -59,7 +60,7 @@ function Ask({ robot, asked }: { readonly robot: string; readonly asked: () => v
   });
   return (
     <form
-      className={classes.ask}
+      className={own.ask}
       onSubmit={(event) => {
         event.preventDefault();
         ask.mutate();

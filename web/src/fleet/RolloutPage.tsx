@@ -13,6 +13,7 @@ import { LOOKS } from "./marks";
 import { chance, PairedTables } from "./PairedTables";
 import { Panel, Table } from "./Panel";
 import { OVERVIEW_PATH, ROLLOUTS_PATH } from "./paths";
+import own from "./RolloutPage.module.css";
 import { StateWord } from "./RolloutsPage";
 import { type Gate, type Report, rolloutQuery, rolloutsKey } from "./rollouts";
 import { fleetTexts } from "./texts";
@@ -90,7 +91,7 @@ function Fact({ name, children }: { readonly name: string; readonly children: Re
 
 function Stages({ of }: { readonly of: Report }) {
   return (
-    <ol className={classes.stages} aria-label={words.stageHead}>
+    <ol className={own.stages} aria-label={words.stageHead}>
       {STAGES.map((stage) => (
         <li
           key={stage}
@@ -126,9 +127,9 @@ function Gates({ gates }: { readonly gates: readonly Gate[] }) {
           <tr key={gate.measure} data-verdict={gate.verdict}>
             <th scope="row">
               {fleetTexts.measure[gate.measure]}
-              <span className={classes.below}>{words.atMost(points(gate.margin))}</span>
+              <span className={own.below}>{words.atMost(points(gate.margin))}</span>
             </th>
-            <td className={classes.verdictCell}>{words.verdict[gate.verdict]}</td>
+            <td className={own.verdictCell}>{words.verdict[gate.verdict]}</td>
             <td>
               <Arm arm={gate.old} />
             </td>
@@ -165,7 +166,7 @@ function Arm({ arm }: { readonly arm: Gate["old"] }) {
   return (
     <span className={classes.share}>
       <strong>{percent(arm.share)}</strong> <span>({interval(arm.ci95)})</span>
-      <span className={classes.below}>
+      <span className={own.below}>
         {whole(arm.count)} / {whole(arm.missions)}, {fleetTexts.robots(arm.robots)}
       </span>
     </span>

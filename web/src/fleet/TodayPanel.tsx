@@ -5,6 +5,7 @@ import { dayOf, during, type Filters, shifted } from "./filters";
 import { Panel } from "./Panel";
 import { type Measure, type RateRow, ratesQuery } from "./queries";
 import { Share } from "./RatesPanel";
+import own from "./TodayPanel.module.css";
 import { fleetTexts } from "./texts";
 import { Whiskers } from "./Whiskers";
 
@@ -24,14 +25,14 @@ export function TodayPanel({ filters }: { readonly filters: Filters }) {
         {texts.today}: {fleetTexts.of(whole(now.missions), fleetTexts.robots(now.robots))} · {texts.week}:{" "}
         {fleetTexts.of(whole(before.missions), fleetTexts.robots(before.robots))}
       </p>
-      <ul className={classes.tiles}>
+      <ul className={own.tiles}>
         {SHOWN.map((of) => {
           const verdict = nothing ? "same" : compared(now.ci95[of], before.ci95[of]);
           const end = axisEnd([now.ci95[of][1], before.ci95[of][1]].filter((_, i) => [now, before][i]?.missions));
           return (
             <li key={of} data-verdict={verdict}>
               <h3>{fleetTexts.measure[of]}</h3>
-              <p className={classes.verdict}>{nothing ? texts.nothing : `${SIGNS[verdict]} ${texts[verdict]}`}</p>
+              <p className={own.verdict}>{nothing ? texts.nothing : `${SIGNS[verdict]} ${texts[verdict]}`}</p>
               <dl>
                 <Line name={texts.today} row={now} of={of} end={end} strong />
                 <Line name={texts.week} row={before} of={of} end={end} />
