@@ -12,31 +12,38 @@ from stillroom.maps.geometry import Points, Pose, as_points, polygons_in
 from stillroom.maps.grid import GridFrame, Mask
 
 CANVAS_MARGIN = 4
+BEYOND = 2
+"""Cells; a shape that reaches farther than this beyond the grid is cut."""
 
 
 def cells_in(polygons: Sequence[Polygon], frame: GridFrame) -> Mask:
     """The cells whose centre lies in one of the polygons; exactly so, because a wall may be one cell thick."""
+    found = np.zeros((frame.height, frame.width), np.bool_)
     if not polygons:
-        return np.zeros((frame.height, frame.width), np.bool_)
-    shape = shapely.union_all(list(polygons))
+        return found
+    shape = polygons[0] if len(polygons) == 1 else shapely.union_all(list(polygons))
     # Drawn on a canvas that holds it all: OpenCV is not exact where shapes leave the canvas.
-    canvas = np.zeros((frame.height + 2 * CANVAS_MARGIN, frame.width + 2 * CANVAS_MARGIN), np.uint8)
-    around = _around(frame, CANVAS_MARGIN - 2)
-    if not shapely.contains_properly(around, shapely.box(*shape.bounds)):
-        shape = MultiPolygon(polygons_in(shapely.intersection(shape, around)))
+    corners = frame.to_cells(shapely.get_coordinates(shape))
+    if (corners < -BEYOND).any() or (corners > np.array([frame.width, frame.height]) + BEYOND).any():
+        shape = MultiPolygon(polygons_in(shapely.intersection(shape, _around(frame, BEYOND))))
     if shape.is_empty:
-        return np.zeros((frame.height, frame.width), np.bool_)
-    rings = [
-        nearest_cells(shapely.get_coordinates(r), frame) + CANVAS_MARGIN
-        for r in shapely.get_rings(shapely.get_parts(shape))
-    ]
+        return found
+    points, ring = shapely.get_coordinates(shapely.get_rings(shapely.get_parts(shape)), return_index=True)
+    cells = nearest_cells(points, frame)
+    corner = cells.min(0) - CANVAS_MARGIN
+    rings = np.split(cells - corner, np.flatnonzero(np.diff(ring)) + 1)
+    canvas = np.zeros((cells.max(0) - corner + CANVAS_MARGIN + 1)[::-1], np.uint8)
     edge = cv2.polylines(canvas.copy(), rings, True, 1, thickness=3)
     cv2.fillPoly(canvas, rings, 1)
     rows, columns = np.nonzero(edge)
     shapely.prepare(shape)
-    centres = frame.to_map(as_points(np.stack([columns, rows], 1)) - CANVAS_MARGIN + 0.5)
+    centres = frame.to_map(as_points(np.stack([columns, rows], 1) + corner) + 0.5)
     canvas[rows, columns] = shapely.contains_xy(shape, centres)
-    return canvas[CANVAS_MARGIN:-CANVAS_MARGIN, CANVAS_MARGIN:-CANVAS_MARGIN] > 0
+    left, bottom = corner.tolist()
+    height, width = canvas.shape
+    on_it = canvas[max(-bottom, 0) : max(frame.height - bottom, 0), max(-left, 0) : max(frame.width - left, 0)]
+    found[max(bottom, 0) : max(bottom + height, 0), max(left, 0) : max(left + width, 0)] = on_it
+    return found
 
 
 def label_cells(polygons: Sequence[Polygon], frame: GridFrame) -> npt.NDArray[np.int32]:
