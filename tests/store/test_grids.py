@@ -18,7 +18,7 @@ def folder(tmp_path: Path) -> Path:
 @given(content=st.binary(max_size=100))
 def test_what_was_stored_comes_back(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     store = GridStore(str(tmp_path_factory.mktemp("grids")))
-    key = store.put(content)
+    key = store.put(content).key
     assert key == sha256(content).hexdigest()
     assert store.get(key) == content
 
@@ -40,7 +40,7 @@ def test_a_grid_that_is_not_there_is_missing(folder: Path) -> None:
 
 def test_a_grid_that_was_damaged_on_the_disk_is_noticed(folder: Path) -> None:
     store = GridStore(str(folder))
-    key = store.put(b"grid")
+    key = store.put(b"grid").key
     (folder / key[:2] / key).write_bytes(b"gird")
     with pytest.raises(ValueError, match="damaged"):
         store.get(key)
@@ -52,7 +52,7 @@ def test_grid_and_folders_are_synced_before_put_returns(folder: Path, monkeypatc
         "stillroom.store.grids.os.fsync", lambda fd: synced.append(str(Path(f"/proc/self/fd/{fd}").readlink()))
     )
     store = GridStore(str(folder))
-    key = store.put(b"grid")
+    key = store.put(b"grid").key
     names = [str(folder / key[:2] / key), str(folder / key[:2])]
     assert synced == [*names, str(folder)]
     synced.clear()

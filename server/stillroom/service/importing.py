@@ -96,7 +96,7 @@ def _bring(
     if len({robot.said.id for robot in found}) != len(found):
         raise _refused("robots", "one is there twice")
     for key, path in checked.items():
-        if grids.put(archive.read(path)) != key:
+        if grids.put(archive.read(path)).key != key:
             raise _refused(path, "not what it is called")
     try:
         with database.write() as tx:

@@ -40,15 +40,18 @@ def receive(
     check_type(media_type, content)
     said, document = parse_meta(meta)
     read_grid(content, said.reading())
-    grid_key, digest = grids.put(content), said.digest()
+    known, stored, digest = grids.sweeps, grids.put(content), said.digest()
     with database.write() as tx:
         map_id = _open_lane(tx, robot_id, map_name)
         soon(map_id)
-        new = missions.NewMission(map_id, key, said.epoch, said.sequence, grid_key, document, digest)
-        mission_id = receiving.add_mission(tx, new, robot_id)
-        if mission_id is None:
+        new = missions.NewMission(map_id, key, said.epoch, said.sequence, stored.key, document, digest)
+        added = receiving.add_mission(tx, new, robot_id)
+        if added is None:
             return _received_before(tx, new, robot_id)
-    grids.keep(grid_key, content)
+    mission_id, sweeps = added
+    grids.sweeps = sweeps
+    if not stored.made or sweeps is None or sweeps != known:  # the grid may have been deleted since it was stored
+        grids.keep(stored.key, content)
     return Received(map_id, mission_id, made=True)
 
 

@@ -7,7 +7,7 @@ import sqlalchemy as sa
 
 from stillroom.store.database import Transaction, insert_unless_there
 from stillroom.store.fleet_tables import replay
-from stillroom.store.privacy_tables import discarded_grid, retention
+from stillroom.store.privacy_tables import discarded_grid, grid_sweep, retention
 from stillroom.store.receivers import remove as remove_receiver
 from stillroom.store.tables import (
     account,
@@ -119,7 +119,17 @@ def unreferred(tx: Transaction, keys: Sequence[str]) -> set[str]:
 
 
 def gone(tx: Transaction, keys: Sequence[str]) -> None:
+    """One more sweep is done."""
     tx.execute(sa.delete(discarded_grid).where(discarded_grid.c.key.in_(keys)))
+    insert_unless_there(tx, grid_sweep, {"id": _ONLY, "times": 0})
+    tx.execute(sa.update(grid_sweep).values(times=grid_sweep.c.times + 1))
+
+
+_ONLY = 1
+_times = sa.func.coalesce(sa.select(grid_sweep.c.times).where(grid_sweep.c.id == _ONLY).scalar_subquery(), 0)
+SWEEPS = sa.select(_times).where(~sa.exists(sa.select(discarded_grid.c.key))).scalar_subquery()
+"""How many sweeps there were, inside of another query; null where some may have begun without an end. While grids are held, the same
+number as some time before says that none was deleted in between."""
 
 
 _LOCK = 0x57113

@@ -34,6 +34,12 @@ class Stored(NamedTuple):
     at: datetime
 
 
+class Put(NamedTuple):
+    key: str
+    made: bool
+    """False where the bytes were there already."""
+
+
 class GridStore:
     """`location` is a folder, or the URL of a bucket of an S3-compatible store, with what all keys begin with:
     `s3://bucket/prefix`.
@@ -51,19 +57,22 @@ class GridStore:
         )
         self._named: set[Path] = set()
         """Folders whose own names are known to have reached the disk."""
+        self.sweeps: int | None = None
+        """How many there had been when this process last knew it for certain."""
 
-    def put(self, content: bytes) -> str:
-        """Stores the bytes durably; answers with their key. The same bytes again are the same grid."""
-        key = sha256(content).hexdigest()
+    def put(self, content: bytes) -> Put:
+        """Stores the bytes durably. The same bytes again are the same grid."""
+        key, made = sha256(content).hexdigest(), True
         with _unavailable_when_out():
             try:
                 self._store.put(path_of(key), content, mode="create")
             except AlreadyExistsError:
+                made = False
                 if not self._is_whole(key):  # a power loss came between its name and its bytes
                     self._store.put(path_of(key), content)
             if self._folder is not None:
                 self._sync(self._folder / path_of(key), self._folder)
-        return key
+        return Put(key, made)
 
     def _is_whole(self, key: str) -> bool:
         return sha256(self._store.get(path_of(key)).bytes().to_bytes()).hexdigest() == key

@@ -11,6 +11,13 @@ discarded_grid = sa.Table(
     sa.Column("at", UtcDateTime, nullable=False),
 )
 
+grid_sweep = sa.Table(
+    "grid_sweep",  # at most one row
+    metadata,
+    sa.Column("id", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("times", sa.BigInteger, nullable=False),  # that discarded grids were deleted
+)
+
 access_log = sa.Table(
     "access_log",  # what people did with a robot's maps; the same by the same within an hour is one row
     metadata,

@@ -47,15 +47,16 @@ def _adding(insert: Any) -> sa.Executable:
         .where(robot.c.released_at.is_(None))
     )
     into = insert(mission).from_select([*names, *QUEUED, "received_at"], if_still_theirs)
-    added: sa.Executable = into.on_conflict_do_nothing().returning(mission.c.id)
+    added: sa.Executable = into.on_conflict_do_nothing().returning(mission.c.id, erasing.SWEEPS)
     return added
 
 
 _ADD = {"postgresql": _adding(postgresql.insert), "sqlite": _adding(sqlite.insert)}
 
 
-def add_mission(tx: Transaction, new: NewMission, robot_id: str) -> int | None:
-    """Its number, received now; None where the map has one of that id, or is not this robot's any more, which waits for the lane."""
+def add_mission(tx: Transaction, new: NewMission, robot_id: str) -> tuple[int, int | None] | None:
+    """Its number, received now, and `erasing.SWEEPS`; None where the map has one of that id, or is not this robot's any more, which
+    waits for the lane."""
     values = {f"new_{name}": value for name, value in vars(new).items()} | {"sender": robot_id}
-    made: int | None = tx.execute(_ADD[tx.dialect.name], values).scalar()
-    return made
+    made = tx.execute(_ADD[tx.dialect.name], values).first()
+    return None if made is None else (made[0], made[1])
