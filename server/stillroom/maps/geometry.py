@@ -26,11 +26,14 @@ def as_points(coordinates: object) -> Points:
     return np.asarray(coordinates, dtype=np.float64).reshape(-1, 2)
 
 
+def as_numbers(points: Points) -> npt.NDArray[np.complex128]:
+    """Points (n, 2) as complex numbers (n,), which have the same order and are sorted much faster than rows."""
+    return np.ascontiguousarray(points).view(np.complex128).ravel()
+
+
 def distinct(points: Points) -> tuple[Points, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """The points (n, 2) by x, then y, each once; where each of those comes first; and which of them each point is (n,)."""
-    # complex numbers have the same order, and are sorted much faster than rows
-    numbers = np.ascontiguousarray(points).view(np.complex128).ravel()
-    found, first, which = np.unique(numbers, return_index=True, return_inverse=True)
+    found, first, which = np.unique(as_numbers(points), return_index=True, return_inverse=True)
     return found.view(np.float64).reshape(-1, 2), first, which
 
 

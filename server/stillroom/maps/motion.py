@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stillroom.maps.geometry import Points, Pose, as_points, distinct
+from stillroom.maps.geometry import Points, Pose, as_numbers, as_points, distinct
 
 EXACT_M = 1e-6
 """Two coordinates nearer than this are the same vertex."""
@@ -79,10 +79,10 @@ class Motion:
 
 def _same(points: Points, source: Points) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.int64]]:
     """Which points are control points, and where in `source` (valid for those alone): both (n,)."""
-    everything = np.concatenate([source, points])
-    _, first, group = distinct(np.round(everything / EXACT_M))
-    where = first[group[len(source) :]]
-    return where < len(source), where
+    ours, theirs = (as_numbers(np.round(some / EXACT_M)) for some in (points, source))
+    order = np.argsort(theirs, kind="stable")
+    where = order.take(np.searchsorted(theirs, ours, sorter=order), mode="clip")
+    return theirs[where] == ours, where
 
 
 def _nearness(points: Points, source: Points, reach_m: float) -> npt.NDArray[np.float64]:

@@ -7,11 +7,12 @@ that side of an obstacle from which the room saw it, so that the two faces of a 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
 from stillroom.maps.geometry import Points, Pose, as_points, as_tuples
-from stillroom.maps.grid import GridFrame, OccupancyGrid, look_up
+from stillroom.maps.grid import Cell, GridFrame, OccupancyGrid, look_up
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import SemanticMap
 from stillroom.pipeline.params import Params
@@ -29,6 +30,8 @@ STIFFNESS = 6.0
 """Evidence, in samples, that it takes to move a place half as far as its walls say."""
 FRONTIER_WEIGHT = 0.3
 """What a border to unexplored space says about a wall, compared with an obstacle."""
+KINDS = np.zeros(256, np.uint8)
+KINDS[Cell.UNEXPLORED], KINDS[Cell.OCCUPIED] = 1, 2
 FACE_WEIGHTS = np.array([0.0, FRONTIER_WEIGHT, 1.0])
 
 
@@ -43,11 +46,14 @@ class Alignment:
 
 @dataclass(frozen=True, eq=False)
 class Faces:
-    """The floor's border cells by the side on which it ends: (4, height + 2, width + 2) for +x, +y, -x, -y, with a cell of nothing around;
-    2 an obstacle, 1 unexplored, 0 none."""
+    """What the floor's cells end at: `kinds` and `free` are (height + 2, width + 2), with a cell of nothing around.
+
+    `kinds`: 2 an obstacle, 1 unexplored, 0 free; `free`: 1 where the floor is.
+    """
 
     frame: GridFrame
-    sides: npt.NDArray[np.uint8]
+    kinds: npt.NDArray[np.uint8]
+    free: npt.NDArray[np.uint8]
     explored: npt.NDArray[np.bool_]
 
 
@@ -130,12 +136,9 @@ def sample_walls(lines: Sequence[Points]) -> WallSamples:
 
 
 def faces_of(grid: OccupancyGrid) -> Faces:
-    kind = np.array([1, 0, 2], np.uint8)[np.pad(grid.cells, 1)]
-    free = grid.free
-    sides = np.zeros((4, *kind.shape), np.uint8)
-    for side, neighbour in zip(sides, (kind[1:-1, 2:], kind[2:, 1:-1], kind[1:-1, :-2], kind[:-2, 1:-1]), strict=True):
-        np.multiply(neighbour, free, out=side[1:-1, 1:-1])
-    return Faces(grid.frame, sides, ~grid.unexplored)
+    cells = cv2.copyMakeBorder(grid.cells, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=Cell.UNEXPLORED)
+    free = (cells == Cell.FREE).view(np.uint8)
+    return Faces(grid.frame, np.asarray(cv2.LUT(cells, KINDS), np.uint8), free, ~grid.unexplored)
 
 
 def _offsets(samples: WallSamples, faces: Faces, reach_m: float) -> tuple[Numbers, Numbers]:
@@ -147,14 +150,16 @@ def _offsets(samples: WallSamples, faces: Faces, reach_m: float) -> tuple[Number
     x, y = frame.to_cells(samples.points).T
     nx, ny = (samples.normals @ frame.origin.rotation).T
     x, y = x - 0.5 * nx, y - 0.5 * ny
-    side = np.where(np.abs(nx) >= np.abs(ny), np.where(nx > 0, 0, 2), np.where(ny > 0, 1, 3))
+    columns = faces.kinds.shape[1]
+    beyond = np.where(np.abs(nx) >= np.abs(ny), np.where(nx > 0, 1, -1), np.where(ny > 0, columns, -columns))
     most = max(1, round(reach_m / frame.resolution))
     steps = np.arange(-most, most + 1)
     steps = steps[np.argsort(np.abs(steps), kind="stable")]
     column = np.floor(x[:, None] + nx[:, None] * steps).clip(-1, frame.width).astype(np.int32)
     row = np.floor(y[:, None] + ny[:, None] * steps).clip(-1, frame.height).astype(np.int32)
-    rows, columns = faces.explored.shape[0] + 2, faces.explored.shape[1] + 2
-    found = faces.sides.ravel().take((side[:, None] * rows + row + 1) * columns + column + 1)
+    cell = (row + 1) * columns + column + 1
+    found = faces.kinds.ravel().take(cell + beyond[:, None], mode="clip")
+    found *= faces.free.ravel().take(cell, mode="clip")
     best = found.argmax(1)
     pick = np.arange(len(best))
     kind = found[pick, best]

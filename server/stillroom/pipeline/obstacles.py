@@ -87,13 +87,15 @@ def _spread(mask: Mask, over: Mask, steps: int) -> Mask:
 def filled(polygons: Sequence[Polygon], frame: GridFrame) -> Mask:
     """Cells whose centre lies in one of the polygons."""
     mask = np.zeros((frame.height, frame.width), np.uint8)
+    if not polygons:
+        return mask.view(np.bool_)
     # OpenCV fills every cell that the edge touches: half a cell less keeps shapes from growing mission by mission
     for polygon in polygons_in(shapely.buffer(list(polygons), -frame.resolution / 2, join_style="mitre")):
         rings = [drawn(shapely.get_coordinates(ring), frame) for ring in (polygon.exterior, *polygon.interiors)]
         hollow = np.zeros_like(mask) if len(rings) > 1 else mask
         cv2.fillPoly(hollow, rings, 1, shift=SUBPIXEL)
         mask |= hollow
-    return mask > 0
+    return mask.view(np.bool_)
 
 
 def room_cells(semantic_map: SemanticMap, frame: GridFrame) -> Mask:

@@ -82,13 +82,14 @@ def plausibility(tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> P
     samples = sample_walls([as_points(wall.line) for wall in tracked.walls if wall.kind != "open"])
     found, seen = look_for_walls(samples, grown(grid.occupied, FOUND_M, grid.frame), grid)
     floor = floor_cells(tracked, grid.frame)
-    floor_known = float((grid.free & floor).sum() / max(min(int(grid.free.sum()), int(floor.sum())), 1))
+    fewest = min(np.count_nonzero(grid.free), np.count_nonzero(floor))
+    floor_known = np.count_nonzero(grid.free & floor) / max(fewest, 1)
     in_sight_m = float(seen.sum()) * SAMPLE_M
     if in_sight_m == 0:
         return Plausibility(floor_known, 0.0, 0.0, 0.0, 0.0)
     new = faces_of_obstacles(grid) & ~known_cells(tracked, grid.frame)
     twice = 0.0
-    if float(new.sum()) * grid.frame.resolution >= params.plausible_twice * in_sight_m:
+    if np.count_nonzero(new) * grid.frame.resolution >= params.plausible_twice * in_sight_m:
         twice = _copied(samples.where(seen), grid, new, floor)
     return Plausibility(
         floor_known=floor_known,
