@@ -82,8 +82,8 @@ def plausibility(tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> P
     samples = sample_walls([as_points(wall.line) for wall in tracked.walls if wall.kind != "open"])
     found, seen = look_for_walls(samples, grown(grid.occupied, FOUND_M, grid.frame), grid)
     floor = floor_cells(tracked, grid.frame)
-    fewest = min(np.count_nonzero(grid.free), np.count_nonzero(floor))
-    floor_known = np.count_nonzero(grid.free & floor) / max(fewest, 1)
+    fewest = min(int(np.count_nonzero(grid.free)), int(np.count_nonzero(floor)))
+    floor_known = float(np.count_nonzero(grid.free & floor) / max(fewest, 1))
     in_sight_m = float(seen.sum()) * SAMPLE_M
     if in_sight_m == 0:
         return Plausibility(floor_known, 0.0, 0.0, 0.0, 0.0)
