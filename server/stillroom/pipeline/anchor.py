@@ -11,6 +11,7 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
+from stillroom.maps.areas import common_areas
 from stillroom.maps.geometry import Points, Pose, as_points, fit_pose
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Room
@@ -69,7 +70,7 @@ def find_drift(rooms: Sequence[Room], params: Params) -> tuple[Drift, ...]:
 
 def _recalls(anchors: Polygons, polygons: Polygons) -> npt.NDArray[np.float64]:
     """How much of each anchor is still in its polygon."""
-    return np.asarray(shapely.area(shapely.intersection(anchors, polygons)) / shapely.area(anchors))
+    return np.asarray(common_areas(anchors, polygons) / shapely.area(anchors))
 
 
 def moved(polygon: Polygon, pose: Pose) -> Polygon:

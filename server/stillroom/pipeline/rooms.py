@@ -7,6 +7,7 @@ import numpy.typing as npt
 import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
+from stillroom.maps.areas import common_areas
 from stillroom.maps.geometry import GRID_M, Line, polygons_in
 from stillroom.maps.semantics import Ids, Room
 
@@ -107,7 +108,7 @@ def most_common(rooms: Sequence[Polygon], pieces: Sequence[Polygon]) -> npt.NDAr
     is_likely[order[np.unique(j[order], return_index=True)[1]]] = True
     for chosen in (is_likely, ~is_likely):
         chosen = chosen & (common.max(0) <= shapely.area(second) / 2)[j]
-        common[i[chosen], j[chosen]] = shapely.area(shapely.intersection(first[i[chosen]], second[j[chosen]]))
+        common[i[chosen], j[chosen]] = common_areas(first[i[chosen]], second[j[chosen]])
     return common
 
 
