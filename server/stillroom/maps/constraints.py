@@ -18,6 +18,8 @@ from stillroom.maps.semantics import Divider, SemanticMap, Wall
 TOUCH_M = 0.01
 """Nearer than this is touching: coordinates are kept to the millimetre and edges to rounding."""
 OVERLAP_M2 = 0.001
+INTERIORS_MEET = "T********"
+"""DE-9IM."""
 SAMPLE_M = 0.05
 
 
@@ -107,8 +109,9 @@ def rooms_are_valid_and_disjoint(semantic_map: SemanticMap, _grid: OccupancyGrid
         room = semantic_map.rooms[k]
         yield Violation("a room is one valid polygon", room.id, shapely.is_valid_reason(room.polygon))
     if valid.all():
-        i, j = shapely.STRtree(polygons).query(polygons, predicate="intersects")
-        inner = (i < j) & ~shapely.touches(polygons[i], polygons[j])
+        i, j = shapely.STRtree(polygons).query(polygons)
+        i, j = i[i < j], j[i < j]
+        inner = shapely.relate_pattern(polygons[i], polygons[j], INTERIORS_MEET)
         i, j = i[inner], j[inner]
         common = shapely.area(shapely.intersection(polygons[i], polygons[j]))
         for k in np.flatnonzero(common > OVERLAP_M2).tolist():

@@ -191,7 +191,8 @@ def _near(lines: npt.NDArray[np.object_], what: shapely.Geometry, reach_m: float
 
 def enclosure(region: Polygon, tracked: SemanticMap, grid: OccupancyGrid, params: Params) -> float:
     """Share of a region's boundary that lies on walls, of what does not border tracked rooms."""
-    known = shapely.buffer([room.polygon for room in tracked.rooms], KNOWN_M)
+    rooms = np.array([room.polygon for room in tracked.rooms], dtype=object)
+    known = shapely.buffer(rooms[shapely.dwithin(rooms, region, KNOWN_M)], KNOWN_M)
     samples = shapely.get_coordinates(shapely.segmentize(region.exterior, grid.frame.resolution))
     foreign = ~shapely.contains_xy(shapely.union_all(known), samples)
     if not foreign.any():
