@@ -37,7 +37,7 @@ class Motion:
         _, first, group = distinct(np.round(source / EXACT_M))
         count = np.bincount(group, minlength=len(first))
         mean = np.stack([np.bincount(group, target[:, k], len(first)) / count for k in (0, 1)], 1)
-        return Motion(source[first], mean)
+        return Motion(source.take(first, 0), mean)
 
     def apply(self, points: Points) -> Points:
         """Points (n, 2) of the source frame in the target frame."""
@@ -46,12 +46,13 @@ class Motion:
             return points.copy()
         known, where = _same(points, self.source)
         moved = np.empty_like(points)
-        moved[known] = self.target[where[known]]
+        moved[known] = self.target.take(where[known], 0)
         if not known.all():
             # equal points must stay equal, or rings would not close
             others, _, where_again = distinct(points[~known])
             nearness = _nearness(others, self.source, BLEND_M)
-            moved[~known] = _fitted(others, self.source, self.target, nearness, np.ones(len(self.source)))[where_again]
+            fitted = _fitted(others, self.source, self.target, nearness, np.ones(len(self.source)))
+            moved[~known] = fitted.take(where_again, 0)
         return moved
 
     def consensus(self, points: Points, reach_m: float, outlier_m: float) -> Points:

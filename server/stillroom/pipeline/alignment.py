@@ -68,7 +68,7 @@ class WallSamples:
         return WallSamples(pose.apply(self.points), self.normals @ pose.rotation.T)
 
     def where(self, chosen: npt.NDArray[np.bool_]) -> "WallSamples":
-        return WallSamples(self.points[chosen], self.normals[chosen])
+        return WallSamples(self.points.compress(chosen, 0), self.normals.compress(chosen, 0))
 
 
 def align(previous: SemanticMap, motion: Motion, grid: OccupancyGrid, reach_m: float, params: Params) -> Alignment:
@@ -132,7 +132,8 @@ def sample_walls(lines: Sequence[Points]) -> WallSamples:
     which = np.repeat(np.arange(len(edge)), count)
     along = (np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[which]
     unit = edge / np.maximum(length, 1e-9)[:, None]
-    return WallSamples(begin[which] + along[:, None] * edge[which], np.stack([unit[:, 1], -unit[:, 0]], 1)[which])
+    normal = np.stack([unit[:, 1], -unit[:, 0]], 1)
+    return WallSamples(begin.take(which, 0) + along[:, None] * edge.take(which, 0), normal.take(which, 0))
 
 
 def faces_of(grid: OccupancyGrid) -> Faces:

@@ -65,7 +65,7 @@ class WallSearch:
         before, after = np.arange(len(line)), np.arange(len(line))
         before[1:] -= line[1:] == line[:-1]
         after[:-1] += line[1:] == line[:-1]
-        along = (stations[after] - stations[before]) / (after - before)[:, None]
+        along = (stations.take(after, 0) - stations.take(before, 0)) / (after - before)[:, None]
         along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
         reach = np.ceil(params.wall_classification_m / frame.resolution)
         steps = np.arange(-reach, reach + 1)
@@ -81,14 +81,16 @@ class WallSearch:
         """As `find_gaps`: of each line those between two places on `wall`, then those at its beginning and at its end."""
         hit, place = self._nearest(wall)
         order = self._from_wall(hit)
-        hit, place, stations = hit[order], place[order], self.stations[order]
+        hit, place, stations = hit.take(order), place.take(order, 0), self.stations.take(order, 0)
         shift = place + 0.5 - stations
         found = np.flatnonzero(hit)
         if not len(found):
             return []
-        aside = np.hypot(*np.diff(place[found], axis=0).T) > leaps_m / self.frame.resolution
+        parted = np.diff(found) > 1
+        if np.isfinite(leaps_m):
+            parted |= np.hypot(*np.diff(place[found], axis=0).T) > leaps_m / self.frame.resolution
         same = np.diff(self.line[found]) == 0
-        inner = np.flatnonzero(same & ((np.diff(found) > 1) | aside))
+        inner = np.flatnonzero(same & parted)
         first, last = found[np.append(True, ~same)], found[np.append(~same, True)]
         begin = np.searchsorted(self.line, self.line[first])
         end = np.searchsorted(self.line, self.line[first], side="right") - 1
@@ -104,7 +106,7 @@ class WallSearch:
         share = step * (bounded / (size - 1))[gap]
         share[stop - 1] = bounded
         share = share[:, None]
-        cells = stations[a[gap] + step] + (1 - share) * shift[held[gap]] + share * shift[b[gap]]
+        cells = stations.take(a[gap] + step, 0) + (1 - share) * shift.take(held[gap], 0) + share * shift.take(b[gap], 0)
         path = self.frame.to_map(cells)
         by_line = np.argsort(self.line[a], kind="stable").tolist()
         return [Gap(path[stop[k] - size[k] : stop[k]], bool(bounded[k])) for k in by_line]

@@ -84,7 +84,7 @@ def _bulged(borders: Sequence[Corners]) -> npt.NDArray[np.object_]:
         return np.zeros(0, dtype=object)
     closed, size = _closed(borders)
     begin, ring = np.cumsum(size) - size, np.repeat(np.arange(len(size)), size)
-    from_middle = closed - (np.add.reduceat(closed, begin) / size[:, None])[ring]
+    from_middle = closed - (np.add.reduceat(closed, begin) / size[:, None]).take(ring, 0)
     far = np.hypot(*from_middle.T)
     extent = np.array([max(most, 1.0) ** 3 for most in np.maximum.reduceat(far, begin).tolist()])
     blown_up = closed + BULGE * from_middle * far[:, None] ** 2 / extent[ring][:, None]
@@ -146,11 +146,11 @@ def _fit_edges(edges: Edges, shortest: float) -> tuple[Points, Points]:
     def until(distance: Numbers) -> Numbers:
         """Moments of the border from its first corner to where it has been walked so far."""
         edge = np.searchsorted(walked, distance, side="right") - 1
-        p, beyond = corner[:, edge], distance - walked[edge]
-        stop_at = p + beyond / length[edge] * (corner[:, edge + 1] - p)
-        return np.asarray(total[:, edge] + _moments(p, stop_at, beyond))
+        p, beyond = corner.take(edge, 1), distance - walked[edge]
+        stop_at = p + beyond / length[edge] * (corner.take(edge + 1, 1) - p)
+        return np.asarray(total.take(edge, 1) + _moments(p, stop_at, beyond))
 
-    starts, ends = closed[edges.begin], closed[edges.end]
+    starts, ends = closed.take(edges.begin, 0), closed.take(edges.end, 0)
     centres, directions = (starts + ends) / 2, (ends - starts).astype(np.float64)
     fit = np.flatnonzero(walked[edges.end] - walked[edges.begin] >= shortest)
     first, last = walked[edges.begin[fit]], walked[edges.end[fit]]
@@ -182,13 +182,14 @@ def _meet(
 
     Nearly parallel neighbours that lie apart (the two faces of a wall that ends, or a step) keep the short edge between them.
     """
-    corners, before = edges.closed[edges.begin].astype(np.float64), edges.before
+    corners, before = edges.closed.take(edges.begin, 0).astype(np.float64), edges.before
     normals = np.stack([directions[:, 1], -directions[:, 0]], 1)
-    u, v, gap = directions[before], directions, centres - centres[before]
+    u, v, behind = directions.take(before, 0), directions, centres.take(before, 0)
+    gap, sideways = centres - behind, normals.take(before, 0)
     sine = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     along = (gap[:, 0] * v[:, 1] - gap[:, 1] * v[:, 0]) / np.where(np.abs(sine) > 1e-6, sine, 1.0)
-    crossing = centres[before] + along[:, None] * u
-    a = corners - ((corners - centres[before]) * normals[before]).sum(1, keepdims=True) * normals[before]
+    crossing = behind + along[:, None] * u
+    a = corners - ((corners - behind) * sideways).sum(1, keepdims=True) * sideways
     b = corners - ((corners - centres) * normals).sum(1, keepdims=True) * normals
     meets = (np.abs(sine) > 0.35) & (np.linalg.norm(crossing - corners, axis=1) < 2.5 * tolerance)
     apart = ~meets & (np.linalg.norm(a - b, axis=1) > step)

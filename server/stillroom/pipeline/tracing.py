@@ -29,7 +29,7 @@ def trace(mask: Mask) -> list[Corners]:
     places, quadrants, horizontal = _corners(mask)
     if not len(places):
         return []
-    sideways, upright = QUADRANTS[quadrants].T
+    sideways, upright = QUADRANTS.take(quadrants, 0).T
     beside = _partners(places[:, 1], places[:, 0], sideways)
     above = _partners(places[:, 0], places[:, 1], upright)
     return _from_farthest(places, _cycles(np.where(horizontal, beside, above).tolist()))
@@ -82,7 +82,7 @@ def _cycles(following: list[int]) -> list[list[int]]:
 
 
 def _from_farthest(places: Corners, rings: list[list[int]]) -> list[Corners]:
-    corners = places[np.concatenate(rings)]
+    corners = places.take(np.concatenate(rings), 0)
     size = np.array([len(ring) for ring in rings])
     stop = np.cumsum(size)
     begin = stop - size
