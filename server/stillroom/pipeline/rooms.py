@@ -100,7 +100,7 @@ def most_common(rooms: Sequence[Polygon], pieces: Sequence[Polygon]) -> npt.NDAr
     if not len(rooms) or not len(pieces):
         return common
     first, second = np.array(rooms, dtype=object), np.array(pieces, dtype=object)
-    i, j = shapely.STRtree(second).query(first, predicate="intersects")
+    i, j = shapely.STRtree(second).query(first)
     a, b = shapely.bounds(first)[i], shapely.bounds(second)[j]
     box = (np.minimum(a[:, 2:], b[:, 2:]) - np.maximum(a[:, :2], b[:, :2])).prod(1)
     order = np.lexsort((-box, j))
@@ -108,7 +108,8 @@ def most_common(rooms: Sequence[Polygon], pieces: Sequence[Polygon]) -> npt.NDAr
     is_likely[order[np.unique(j[order], return_index=True)[1]]] = True
     for chosen in (is_likely, ~is_likely):
         chosen = chosen & (common.max(0) <= shapely.area(second) / 2)[j]
-        common[i[chosen], j[chosen]] = common_areas(first[i[chosen]], second[j[chosen]])
+        if chosen.any():
+            common[i[chosen], j[chosen]] = common_areas(first[i[chosen]], second[j[chosen]])
     return common
 
 
