@@ -32,6 +32,7 @@ class Violation:
     detail: str
 
 
+Features = Sequence[Wall | Divider | MetaDivider]
 Constraint = Callable[[SemanticMap, OccupancyGrid, float], Iterator[Violation]]
 """The map, the grid it lies on, and the paper's wall distance in metres."""
 
@@ -61,7 +62,7 @@ def dividers_end_on_walls_or_dividers(
     semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float
 ) -> Iterator[Violation]:
     """Where a wall is missing, the meta-divider that stands in for it holds a divider as well."""
-    walls = _lines((*semantic_map.walls, *semantic_map.meta.dividers))
+    walls: Features = (*semantic_map.walls, *semantic_map.meta.dividers)
     yield from _loose_ends("a divider ends on a wall or another divider", semantic_map.dividers, walls)
 
 
@@ -69,18 +70,18 @@ def meta_dividers_end_on_walls_or_meta_dividers(
     semantic_map: SemanticMap, _grid: OccupancyGrid, _reach: float
 ) -> Iterator[Violation]:
     """A plain divider holds a meta-divider as well as a wall does: the robot respects both."""
-    walls = _lines((*semantic_map.walls, *semantic_map.dividers))
+    walls: Features = (*semantic_map.walls, *semantic_map.dividers)
     yield from _loose_ends("a meta-divider ends on a wall or meta-divider", semantic_map.meta.dividers, walls)
 
 
 def _loose_ends(
-    constraint: str, dividers: Sequence[Divider] | Sequence[MetaDivider], walls: npt.NDArray[np.object_]
+    constraint: str, dividers: Sequence[Divider] | Sequence[MetaDivider], walls: Features
 ) -> Iterator[Violation]:
     """Ends that lie neither on a wall nor on another of the dividers."""
     if not dividers:
         return
     ends = np.array([divider.line for divider in dividers])
-    gaps = shapely.distance(shapely.points(ends)[..., None], np.concatenate([walls, _lines(dividers)]))
+    gaps = shapely.distance(shapely.points(ends)[..., None], _lines((*walls, *dividers)))
     own = np.arange(len(dividers))
     gaps[own, :, len(walls) + own] = np.inf
     for i, end in np.argwhere(gaps.min(2) > TOUCH_M).tolist():
@@ -129,7 +130,7 @@ CONSTRAINTS: tuple[Constraint, ...] = (
 )
 
 
-def _lines(features: Sequence[Wall | Divider | MetaDivider]) -> npt.NDArray[np.object_]:
+def _lines(features: Features) -> npt.NDArray[np.object_]:
     return line_strings([feature.line for feature in features])
 
 

@@ -88,4 +88,4 @@ def _is_contradicted(correction: MetaOccupancy | MetaDivider, grid: OccupancyGri
     place = shapely.buffer(correction.shape, grid.frame.resolution, cap_style="flat") if is_line else correction.shape
     cells = cells_in(polygons_in(place), grid.frame)
     opposite = grid.occupied if isinstance(correction, MetaOccupancy) and correction.cell == "free" else grid.free
-    return bool((cells & opposite).sum() > CONTRADICTED * max(int(cells.sum()), 1))
+    return bool(np.count_nonzero(cells & opposite) > CONTRADICTED * max(int(np.count_nonzero(cells)), 1))

@@ -106,7 +106,7 @@ def was_furniture(region: Polygon, transfer: Transfer, params: Params) -> bool:
     visited = [room.polygon for room in transfer.tracked.rooms if room.id in transfer.visited]
     beside = [polygon for polygon in visited if shapely.dwithin(polygon, region, BESIDE_M)]
     hidden = filled(beside, transfer.grid.frame) & transfer.grid.unexplored
-    return bool(hidden.sum() * transfer.grid.frame.resolution**2 > MOVED * region.area)
+    return bool(np.count_nonzero(hidden) * transfer.grid.frame.resolution**2 > MOVED * region.area)
 
 
 def is_doorway(gap: Gap, region: Polygon, transfer: Transfer, params: Params) -> bool:

@@ -159,7 +159,7 @@ def _worth(
 
     def is_known(part: Polygon) -> bool:
         cells = filled([part], grid.frame)
-        return bool((cells & before).sum() >= NEW_SHARE * cells.sum())
+        return bool(np.count_nonzero(cells & before) >= NEW_SHARE * np.count_nonzero(cells))
 
     def is_room(part: Polygon) -> bool:
         return part.area >= params.room_area_m2 and enclosure(part, tracked, grid, params) >= params.room_enclosure
@@ -284,10 +284,14 @@ def _visited(tracked: SemanticMap, grid: OccupancyGrid) -> frozenset[str]:
 
 def _explored(polygons: Sequence[Polygon], grid: OccupancyGrid) -> list[bool]:
     """Which of the polygons are explored for the most part."""
+    if not polygons:
+        return []
     numbers = np.zeros(grid.cells.shape, np.uint16)
     for number, polygon in enumerate(polygons, 1):
         cv2.fillPoly(numbers, [drawn(shapely.get_coordinates(polygon.exterior), grid.frame)], number, shift=SUBPIXEL)
-    seen = np.bincount(numbers[~grid.unexplored], minlength=len(polygons) + 1)[1:] * grid.frame.resolution**2
+    count = len(polygons) + 1
+    cells = cv2.calcHist([numbers], [0], (~grid.unexplored).view(np.uint8), [count], [0, count]).ravel()[1:]
+    seen = cells.astype(np.float64) * grid.frame.resolution**2
     return [bool(area >= SEEN_SHARE * polygon.area) for area, polygon in zip(seen, polygons, strict=True)]
 
 
