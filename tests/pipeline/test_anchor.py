@@ -50,6 +50,15 @@ def test_a_room_that_slid_against_the_others_has_drifted_by_that_much(which: int
     assert drift.precision == pytest.approx(1 - metres / 4, abs=0.04)
 
 
+def test_rooms_of_many_corners_and_of_few_are_compared_alike() -> None:
+    round_ = shapely.Point(2, 2).buffer(2)
+    anchors = (round_, *SHAPES[1:])
+    now = [shifted(shape, 0.0, -0.5 if i == 1 else 0.0) for i, shape in enumerate(anchors)]
+    (drift,) = find_drift(rooms(*now, anchors=anchors), PARAMS)
+    assert drift.room == "r2"
+    assert drift.slid_m == pytest.approx(0.5, abs=0.1)
+
+
 def test_a_slide_of_ten_centimetres_is_no_drift_yet() -> None:
     assert found(shifted(SHAPES[0], 0.1), *SHAPES[1:]) == []
 

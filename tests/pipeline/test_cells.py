@@ -33,6 +33,14 @@ def test_cells_in_several_polygons_count_though_these_overlap() -> None:
     assert np.array_equal(cells_in(some, frame), expected.reshape(30, 40))
 
 
+@given(st.floats(-1.0, 2.5), st.floats(-1.0, 2.0))
+def test_cells_in_a_hole_do_not_count_wherever_on_the_grid_it_lies(x: float, y: float) -> None:
+    frame = GridFrame(0.05, 40, 30)
+    hollow = shapely.difference(shapely.box(x, y, x + 1.0, y + 0.8), shapely.box(x + 0.3, y + 0.2, x + 0.6, y + 0.5))
+    expected = shapely.contains_xy(hollow, _centres(frame)).reshape(30, 40)
+    assert np.array_equal(cells_in([hollow], frame), expected)
+
+
 def test_no_polygon_and_one_beyond_the_grid_hold_no_cell() -> None:
     frame = GridFrame(0.05, 10, 10)
     assert not cells_in([], frame).any()
