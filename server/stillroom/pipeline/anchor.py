@@ -11,7 +11,6 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
-from stillroom.maps.areas import common_areas
 from stillroom.maps.geometry import Points, Pose, as_points, fit_pose
 from stillroom.maps.motion import Motion
 from stillroom.maps.semantics import Room
@@ -25,7 +24,6 @@ BETTER = 0.03
 SCALE_M = 0.20
 TIGHT_M = 0.02
 """Places that are farther off count less and less, so that rooms that stayed hold the frame: from the first scale to the second."""
-TINY_M = 1e-9
 
 
 @dataclass(frozen=True)
@@ -70,7 +68,7 @@ def find_drift(rooms: Sequence[Room], params: Params) -> tuple[Drift, ...]:
 
 def _recalls(anchors: Polygons, polygons: Polygons) -> npt.NDArray[np.float64]:
     """How much of each anchor is still in its polygon."""
-    return np.asarray(common_areas(anchors, polygons) / shapely.area(anchors))
+    return np.asarray(shapely.area(shapely.intersection(anchors, polygons)) / shapely.area(anchors))
 
 
 def moved(polygon: Polygon, pose: Pose) -> Polygon:
@@ -99,27 +97,13 @@ def _together(anchors: Polygons, polygons: Polygons) -> Pose:
     """The rigid motion that brings all anchors' boundaries onto the rooms' (iteratively reweighted least squares)."""
     pose = Pose()
     places, which = _boundaries(anchors)
-    begin, edge = (edges[which] for edges in _edges(polygons))
-    along = np.conj(edge) / np.maximum(np.abs(edge), TINY_M) ** 2
-    each = np.arange(len(places))
+    rings = shapely.get_exterior_ring(polygons)[which]
     for scale_m in np.geomspace(SCALE_M, TIGHT_M, ROUNDS).tolist():
         here = pose.apply(places)
-        at = here.view(np.complex128)
-        feet = begin + ((at - begin) * along).real.clip(0.0, 1.0) * edge
-        gaps = feet - at
-        nearest = (gaps.real**2 + gaps.imag**2).argmin(1)
-        there = feet[each, nearest, None].view(np.float64)
+        nearest = shapely.get_coordinates(shapely.shortest_line(shapely.points(here), rings))
+        there = np.ascontiguousarray(nearest[1::2])
         pose = fit_pose(here, there, _weights(there - here, scale_m)).after(pose)
     return pose
-
-
-def _edges(polygons: Polygons) -> tuple[npt.NDArray[np.complex128], npt.NDArray[np.complex128]]:
-    """Where the edges of each polygon's exterior begin, and how they lead on, as complex numbers: both (n, most), the last one repeated."""
-    corners, which = shapely.get_coordinates(shapely.get_exterior_ring(polygons), return_index=True)
-    size = np.bincount(which)
-    number = np.minimum(np.arange(size.max() - 1), size[:, None] - 2) + (np.cumsum(size) - size)[:, None]
-    corner = corners.view(np.complex128).ravel()
-    return corner[number], corner[number + 1] - corner[number]
 
 
 def _drift(room: Room, anchor: Polygon, recall: float, params: Params) -> Drift:

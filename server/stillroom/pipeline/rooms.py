@@ -7,7 +7,6 @@ import numpy.typing as npt
 import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
-from stillroom.maps.areas import common_areas
 from stillroom.maps.geometry import GRID_M, Line, polygons_in
 from stillroom.maps.semantics import Ids, Room
 
@@ -100,7 +99,7 @@ def most_common(rooms: Sequence[Polygon], pieces: Sequence[Polygon]) -> npt.NDAr
     if not len(rooms) or not len(pieces):
         return common
     first, second = np.array(rooms, dtype=object), np.array(pieces, dtype=object)
-    i, j = shapely.STRtree(second).query(first)
+    i, j = shapely.STRtree(second).query(first, predicate="intersects")
     a, b = shapely.bounds(first)[i], shapely.bounds(second)[j]
     box = (np.minimum(a[:, 2:], b[:, 2:]) - np.maximum(a[:, :2], b[:, :2])).prod(1)
     order = np.lexsort((-box, j))
@@ -109,7 +108,7 @@ def most_common(rooms: Sequence[Polygon], pieces: Sequence[Polygon]) -> npt.NDAr
     for chosen in (is_likely, ~is_likely):
         chosen = chosen & (common.max(0) <= shapely.area(second) / 2)[j]
         if chosen.any():
-            common[i[chosen], j[chosen]] = common_areas(first[i[chosen]], second[j[chosen]])
+            common[i[chosen], j[chosen]] = shapely.area(shapely.intersection(first[i[chosen]], second[j[chosen]]))
     return common
 
 
