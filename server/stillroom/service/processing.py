@@ -191,15 +191,18 @@ def _commit(
         if new is not None:
             found = replace(found, version=maps.next_number(of))
         of_map = maps.noted(of, newest) if new is None else maps.added(of, new, now, newest)
-        apply(tx, *of_map, *missions.finished(tx, mission.id, found, now), lanes.released(claim))
+        changes = (*of_map, *missions.finished(tx, mission.id, found, now), lanes.released(claim))
         if new is not None and _has_other_rooms(gathered, new):
             maps.follow_rooms(tx, of.id, new)
         if variant.part is not None:
             _note_part(tx, variant.part, gathered, found)
+        questions: list[events.Happened] = []
+        if met is not None:
+            apply(tx, *changes)
+            changes, questions = (), sightings.keep(tx, met, found.version, now)
         data: Json = {"mission": mission.key, "version": found.version}
         version = [] if new is None else [("version", data | {"cause": gathered.cause})]
-        questions = [] if met is None else sightings.keep(tx, met, found.version, now)
-        events.add(tx, of, [*version, ("mission", data | {"outcome": found.outcome}), *questions], now)
+        events.add(tx, of, [*version, ("mission", data | {"outcome": found.outcome}), *questions], now, changes)
     ms = found.result["timings_ms"].get("total")
     log.info("mission", outcome=found.outcome, algorithm=found.algorithm, version=found.version, ms=ms)
     return True

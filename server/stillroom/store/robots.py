@@ -136,8 +136,8 @@ def map_ids(tx: Transaction, robot_id: str) -> Sequence[int]:
 
 
 def followers() -> sa.Subquery:
-    """All whose streams of events show the robot `robot_id`, by `name`, in a fixed order; "" is whoever looks after what is nobody's."""
-    this = robot.c.id == sa.bindparam("robot_id")
+    """All whose streams of events show the robot `of_robot`, by `name`, in a fixed order; "" is whoever looks after what is nobody's."""
+    this = robot.c.id == sa.bindparam("of_robot")
     owner = sa.select(sa.func.coalesce(robot.c.owner, "").label("name")).where(this)
     members = sa.select(membership.c.email).join(robot, robot.c.owner == membership.c.home).where(this)
     nobodys = sa.exists(sa.select(robot.c.id).where(this, robot.c.owner.is_(None)))

@@ -119,7 +119,8 @@ def lock(tx: Transaction, rollout_id: int) -> RolloutRow:
     return as_row(RolloutRow, tx.execute(_ROLLOUT.where(rollout.c.id == rollout_id).with_for_update()).one())
 
 
-_in_play = rollout.c.state.in_(("running", "successful")), rollout.c.withdrawn_at.is_(None)
+_state = rollout.c.state
+_in_play = sa.or_(_state == "running", _state == "successful"), rollout.c.withdrawn_at.is_(None)
 _IN_PLAY = _ROLLOUT.where(*_in_play).order_by(rollout.c.id.desc())
 IS_ANY_IN_PLAY = sa.exists().where(*_in_play)
 """Inside of another query."""
