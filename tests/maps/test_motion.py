@@ -1,10 +1,12 @@
 from math import pi
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+from stillroom.maps import motion
 from stillroom.maps.geometry import Pose
 from stillroom.maps.motion import IDENTITY, Motion
 
@@ -107,3 +109,14 @@ def test_applying_a_motion_alters_neither_points_nor_motion() -> None:
     IDENTITY.apply(points)[:] = 7
     assert_allclose(points, before)
     assert_allclose(motion.source, tracked)
+
+
+@given(seeds, st.integers(1, 500))
+def test_points_that_are_looked_at_in_parts_move_as_all_together(seed: int, pairs: int) -> None:
+    source, others = scattered(seed, 30), scattered(seed + 1, 40)
+    moving = Motion(source, source + np.random.default_rng(seed).normal(0, 0.1, source.shape))
+    whole = moving.apply(others), moving.consensus(others, 1.0, 0.2)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(motion, "MOST_PAIRS", pairs)
+        assert_allclose(moving.apply(others), whole[0], atol=1e-9)
+        assert_allclose(moving.consensus(others, 1.0, 0.2), whole[1], atol=1e-9)

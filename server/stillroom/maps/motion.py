@@ -12,6 +12,8 @@ EXACT_M = 1e-6
 BLEND_M = 0.25
 """Below this distance from a control point all points move with it alike."""
 CONSENSUS_ROUNDS = 3
+MOST_PAIRS = 4_000_000
+"""Of points and control points looked at together: buildings have tens of thousands of both."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +52,7 @@ class Motion:
         if not known.all():
             # equal points must stay equal, or rings would not close
             others, _, where_again = distinct(points[~known])
-            nearness = _nearness(others, self.source, BLEND_M)
-            fitted = _fitted(others, self.source, self.target, nearness, np.ones(len(self.source)))
+            fitted = _fitted(others, self.source, self.target, BLEND_M, np.ones(len(self.source)))
             moved[~known] = fitted.take(where_again, 0)
         return moved
 
@@ -62,11 +63,10 @@ class Motion:
         its neighbours by more than `outlier_m` counts little (iteratively reweighted least squares).
         """
         trust = np.ones(len(self.source))
-        nearness = _nearness(self.source, self.source, reach_m)
         for _ in range(CONSENSUS_ROUNDS):
-            expected = _fitted(self.source, self.source, self.target, nearness, trust)
+            expected = _fitted(self.source, self.source, self.target, reach_m, trust)
             trust = 1.0 / (1.0 + ((self.target - expected) ** 2).sum(1) / outlier_m**2) ** 2
-        return _fitted(points, self.source, self.target, _nearness(points, self.source, reach_m), trust)
+        return _fitted(points, self.source, self.target, reach_m, trust)
 
     def inverse(self) -> "Motion":
         return Motion(self.target, self.source)
@@ -86,38 +86,42 @@ def _same(points: Points, source: Points) -> tuple[npt.NDArray[np.bool_], npt.ND
     return theirs[where] == ours, where
 
 
-def _nearness(points: Points, source: Points, reach_m: float) -> npt.NDArray[np.float64]:
-    """How much each control point (m, 2) has to say about each point (n, 2): (n, m)."""
-    (x, y), (u, v) = (points - source.mean(0)).T, (source - source.mean(0)).T
-    across, up = x[:, None] - u, y[:, None] - v
+def _fitted(points: Points, source: Points, target: Points, reach_m: float, trust: npt.NDArray[np.float64]) -> Points:
+    """Rigid moving least squares of points (n, 2) by the control points (m, 2), each by its trust (m,), those within the reach above all."""
+    blocks = np.array_split(points, 1 + len(points) * len(source) // MOST_PAIRS)
+    return np.concatenate([_fitted_together(block, source, target, reach_m, trust) for block in blocks])
+
+
+def _fitted_together(
+    points: Points, source: Points, target: Points, reach_m: float, trust: npt.NDArray[np.float64]
+) -> Points:
+    """The same with arrays of all pairs. Complex numbers stand for plane vectors."""
+    middle = source.mean(0)
+    p, q, v = (as_numbers(some - middle) for some in (source, target, points))
+    # all weighted sums in one product of real numbers
+    terms = trust[:, None] * np.stack([p, q, np.conj(p) * q, np.ones(len(p))], 1)
+    sums = _nearness(v, p, reach_m) @ terms.view(np.float64)
+    p_mean, q_mean, turn, weight = sums.view(np.complex128).T
+    p_mean, q_mean, turn = p_mean / weight.real, q_mean / weight.real, turn / weight.real
+    # sum of w conj(p - p_mean) (q - q_mean), multiplied out so that no more arrays of all pairs are made
+    turn = turn - np.conj(p_mean) * q_mean
+    size = np.abs(turn)
+    turn = np.where(size > 1e-12, turn / np.where(size > 1e-12, size, 1.0), 1.0)
+    moved = (v - p_mean) * turn + q_mean
+    return np.asarray(np.stack([moved.real, moved.imag], 1) + middle)
+
+
+def _nearness(
+    points: npt.NDArray[np.complex128], source: npt.NDArray[np.complex128], reach_m: float
+) -> npt.NDArray[np.float64]:
+    """How much each control point (m,) has to say about each point (n,): (n, m)."""
+    across, up = points.real[:, None] - source.real, points.imag[:, None] - source.imag
     across *= across
     up *= up
     across += up
     across += reach_m**2
     across *= across
     return np.asarray(np.divide(1.0, across, out=across))
-
-
-def _fitted(
-    points: Points,
-    source: Points,
-    target: Points,
-    nearness: npt.NDArray[np.float64],
-    trust: npt.NDArray[np.float64],
-) -> Points:
-    """Rigid moving least squares; complex numbers stand for plane vectors. `nearness`: (points, control points); `trust`: (control points,)."""
-    middle = source.mean(0)
-    p, q, v = (a[:, 0] + 1j * a[:, 1] for a in (source - middle, target - middle, points - middle))
-    # all weighted sums in one product of real numbers
-    terms = trust[:, None] * np.stack([p, q, np.conj(p) * q, np.ones(len(p))], 1)
-    p_mean, q_mean, turn, weight = (nearness @ terms.view(np.float64)).view(np.complex128).T
-    p_mean, q_mean, turn = p_mean / weight.real, q_mean / weight.real, turn / weight.real
-    # sum of w conj(p - p_mean) (q - q_mean), multiplied out so that no array of all pairs is made
-    turn = turn - np.conj(p_mean) * q_mean
-    size = np.abs(turn)
-    turn = np.where(size > 1e-12, turn / np.where(size > 1e-12, size, 1.0), 1.0)
-    moved = (v - p_mean) * turn + q_mean
-    return np.asarray(np.stack([moved.real, moved.imag], 1) + middle)
 
 
 IDENTITY = Motion(np.zeros((0, 2)), np.zeros((0, 2)))

@@ -26,6 +26,10 @@ THINNED = 3
 FINAL_REACH_M = 0.15
 NEIGHBOURHOOD_M = 1.0
 """Walls at this distance have 60 % of the say of those close by."""
+FAR_M = 6.0
+"""Walls farther off say nothing about a place."""
+BLOCK = 512
+"""Places looked at together: buildings have tens of thousands of them, and of wall samples."""
 STIFFNESS = 6.0
 """Evidence, in samples, that it takes to move a place half as far as its walls say."""
 FRONTIER_WEIGHT = 0.3
@@ -186,7 +190,17 @@ def _step(samples: WallSamples, offset: Numbers, weight: Numbers, scale_m: float
 
 def _local_shift(places: Points, samples: WallSamples, offset: Numbers, weight: Numbers, scale_m: float) -> Points:
     """The shift of each place (n, 2) that the walls around it ask for; none in a direction of which no wall speaks."""
-    middle = samples.points.mean(0)
+    shifts = [np.zeros((0, 2))]
+    for block in np.split(places, range(BLOCK, len(places), BLOCK)):
+        low, high = block.min(0) - FAR_M, block.max(0) + FAR_M
+        around = ((samples.points >= low) & (samples.points <= high)).all(1)
+        shifts.append(_shift(block, samples.where(around), offset[around], weight[around], scale_m))
+    return np.concatenate(shifts)
+
+
+def _shift(places: Points, samples: WallSamples, offset: Numbers, weight: Numbers, scale_m: float) -> Points:
+    """The same with an array of all pairs of places and samples."""
+    middle = places.mean(0)
     p, q = (places - middle).astype(np.float32), (samples.points - middle).astype(np.float32)
     near = p @ q.T
     near -= 0.5 * (p**2).sum(1)[:, None]
